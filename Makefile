@@ -1,4 +1,4 @@
-# Needs make and Python 3.11, 3.12 or 3.13; everything else is installed into $(VENV).
+# Needs make and Python 3.11 or later; everything else is installed into $(VENV).
 # Another interpreter: make test PYTHON=python3.12, which has an environment of its own, .venv-3.12
 
 ifneq ($(origin PYTHON),undefined)
@@ -7,6 +7,7 @@ endif
 PYTHON ?= python3
 VENV ?= .venv
 EXAMPLES ?= 500
+NEWEST ?= python3.14
 SITE := docs/_build/html
 VENDOR := optuav/explorer/static/vendor
 BIN := $(VENV)/bin
@@ -23,7 +24,7 @@ export RUFF_CACHE_DIR = $(CACHES)/ruff
 # Without bytecode, each worker compiles 250 files of tests anew, and each subprocess the package
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test test-only test-browser test-portable test-lowest doctest docs docs-open lessons lint
+.PHONY: run test test-only test-browser test-portable test-lowest test-latest doctest docs docs-open lessons lint
 .PHONY: bench bench-modellers soak pins vendor clean
 
 run: $(VENV)/run.stamp
@@ -64,6 +65,15 @@ test-portable: $(VENV)/dev.stamp
 test-lowest: $(VENV)-lowest/installed.stamp
 	$(VENV)-lowest/bin/python -m pytest -n 2 --dist worksteal $(TESTS)
 
+# With the newest versions that pyproject.toml allows, of this day: nothing is kept.
+test-latest:
+	$(MAKE) $(VENV)-latest/created.stamp VENV=$(VENV)-latest
+	$(VENV)-latest/bin/python -m pip --disable-pip-version-check install --quiet --no-compile --upgrade \
+	    --upgrade-strategy eager --group dev --editable ".[all]"
+	$(VENV)-latest/bin/python -m pip --disable-pip-version-check install --quiet --no-deps --only-binary :all: \
+	    --requirement tests/city/requirements.txt
+	$(VENV)-latest/bin/python -m pytest -n 2 --dist worksteal $(TESTS)
+
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -80,17 +90,32 @@ bench-modellers: $(VENV)-bench/installed.stamp
 soak: $(VENV)/dev.stamp
 	EXAMPLES=$(EXAMPLES) $(PYTEST) -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
 
+# For the oldest Python, and for later ones where the newest libraries need one. With names of both:
+# make pins PYTHON=python3.11 NEWEST=python3.14
 pins:
-	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins
-	$(VENV)-pins/bin/python -m pip install --quiet --upgrade "pip>=25.1" setuptools
-	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all]"
-	echo "# Written by 'make pins' for Python 3.11 to 3.13." > requirements-dev.txt
-	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav >> requirements-dev.txt
-	$(VENV)-pins/bin/python -m pip install --quiet --constraint requirements-dev.txt --group docs
+	rm -rf build/pins
+	mkdir -p build/pins
+	set -e; for python in old:$(PYTHON) new:$(NEWEST); do \
+	    to=build/pins/$${python%%:*}; \
+	    pip="$(VENV)-pins/bin/python -m pip --quiet --disable-pip-version-check"; \
+	    freeze="$$pip freeze --all --exclude pip --exclude optuav"; \
+	    $${python#*:} -m venv --clear $(VENV)-pins; \
+	    $$pip install --upgrade "pip>=25.1" setuptools; \
+	    $$pip install --no-compile --group dev ".[all]"; \
+	    $$freeze > $$to-dev; \
+	    $$pip install --no-compile --constraint $$to-dev --group docs; \
+	    $$freeze | grep -vxFf $$to-dev > $$to-docs; \
+	done
+	echo "# Written by 'make pins' for Python 3.11 to 3.14." > requirements-dev.txt
 	echo "# Written by 'make pins', on top of requirements-dev.txt." > requirements-docs.txt
-	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav \
-	    | grep -vxFf requirements-dev.txt >> requirements-docs.txt
-	rm -rf $(VENV)-pins
+	set -e; for group in dev docs; do \
+	    old=build/pins/old-$$group new=build/pins/new-$$group; \
+	    { grep -xFf $$new $$old; \
+	      grep -vxFf $$new $$old | sed 's/$$/ ; python_version < "3.12"/'; \
+	      grep -vxFf $$old $$new | sed 's/$$/ ; python_version >= "3.12"/'; } \
+	        | LC_ALL=C sort -f >> requirements-$$group.txt; \
+	done
+	rm -rf $(VENV)-pins build/pins
 
 # The libraries of the explorer's page and the licences of all that is in them, from npm.
 vendor:
@@ -106,11 +131,11 @@ vendor:
 	done < $(VENDOR)/versions.txt
 
 clean:
-	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist docs/_build docs/api docs/lessons docs/project plan-paper plan-matrice350 reproduced
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest $(VENV)-latest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist docs/_build docs/api docs/lessons docs/project plan-paper plan-matrice350 reproduced
 
 $(VENV)/created.stamp:
-	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v <= (3, 13) and '$(PYTHON) is Python %d.%d' % v)" || { \
-	    echo "optuav needs Python 3.11, 3.12 or 3.13. Name one: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(v < (3, 11) and '$(PYTHON) is Python %d.%d' % v)" || { \
+	    echo "optuav needs Python 3.11 or later. Name one: make PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
 	touch $@
 

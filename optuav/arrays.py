@@ -12,6 +12,13 @@ Booleans: TypeAlias = npt.NDArray[np.bool_]
 Values: TypeAlias = Mapping[str, Any]  # Numbers, or arrays with one entry a programme, by name
 
 
+def plain(values: Any) -> npt.NDArray[Any]:
+    """Values as an array; masked ones are NaN, which no range allows."""
+    if np.ma.is_masked(values):
+        return np.where(np.ma.getmaskarray(values), np.nan, np.ma.getdata(values))
+    return np.asarray(values)
+
+
 def ragged(first: Integers, counts: Integers) -> tuple[Integers, Integers]:
     """Rows of several numbers each, which count on from its first: row of each, and the number."""
     row = np.repeat(np.arange(len(counts)), counts)

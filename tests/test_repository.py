@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 import yaml
@@ -28,7 +29,7 @@ MACHINE_PATH = re.compile(r"(?<![\w.~])(?:/(?:home|opt|root|tmp|work|Users)/\w|[
 UNFINISHED = re.compile(r"\b(?:TOD[O]|FIXM[E]|XX[X])\b")
 
 
-def project() -> dict[str, object]:
+def project() -> dict[str, Any]:
     with (ROOT / "pyproject.toml").open("rb") as file:
         return tomllib.load(file)["project"]
 
@@ -200,21 +201,39 @@ def test_ci_takes_the_oldest_and_the_newest_python_that_run(tmp_path: Path) -> N
         (tmp_path / name).symlink_to(found)
     (tmp_path / "make").write_text('#!/bin/sh\necho "make $*"\n')
     (tmp_path / "make").chmod(0o755)
-    newest = tmp_path / "pyenv" / "versions" / "3.13.9" / "bin" / "python3"
+    newest = tmp_path / "pyenv" / "versions" / "3.14.9" / "bin" / "python3"
     interpreter(tmp_path / "python3.11", "3.11")
     interpreter(tmp_path / "python3", "3.12")
-    interpreter(tmp_path / "python3.13", "3.13", runs=False)
-    interpreter(newest, "3.13")
+    interpreter(tmp_path / "python3.13", "3.13")
+    interpreter(tmp_path / "python3.14", "3.14", runs=False)
+    interpreter(newest, "3.14")
     command = [tmp_path / "bash", ROOT / ".ci" / "run"]
     places = {"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "pyenv")}
     said = subprocess.run(command, env=places, capture_output=True, text=True, check=True).stdout
     oldest = f"PYTHON={tmp_path / 'python3.11'} VENV=.venv-3.11"
     assert [line for line in said.splitlines() if line.startswith("make ")] == [
         f"make test {oldest}",
-        f'make test-only PYTHON={newest} VENV=.venv-3.13 TESTS=-m "not page"',
+        f'make test-only PYTHON={newest} VENV=.venv-3.14 TESTS=-m "not page"',
         f"make docs {oldest}",
     ]
-    assert said.splitlines()[-1] == "tested with Python 3.11 3.13; skipped: 3.12 (between the two)"
+    skipped = "3.12 (between the two),3.13 (between the two)"
+    assert said.splitlines()[-1] == f"tested with Python 3.11 3.14; skipped: {skipped}"
+
+
+def test_the_supported_versions_of_python_are_the_same_everywhere() -> None:
+    """And none is refused that has not been tried, as libraries have wheels for it one day."""
+    stated = project()
+    assert stated["requires-python"] == ">=3.11"
+    kinds = [str(kind).rpartition(" :: ")[2] for kind in stated["classifiers"]]
+    versions = [kind for kind in kinds if re.fullmatch(r"3\.\d+", kind)]
+    assert versions[0] == "3.11"
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert f"SUPPORTED=({' '.join(versions)})\n" in script
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text("utf-8"))
+    assert workflow["jobs"]["test"]["strategy"]["matrix"]["python"] == versions
+    span = f"{versions[0]} to {versions[-1]}"
+    for page in ("Makefile", "CONTRIBUTING.md", "docs/install.md", "requirements-dev.txt"):
+        assert span in (ROOT / page).read_text("utf-8"), page
 
 
 @pytest.mark.parametrize("make", [optuav.load, optuav.solve])

@@ -29,6 +29,7 @@ NOTED = {
     "filled": "buildings whose courtyards count as built over",
     "from_ground": "buildings that begin above the ground (min_height), counted from the ground up",
     "by_parts": "outlines that count by their parts (building:part)",
+    "higher_outlines": "outlines of parts that state more height than all of their parts",
     "below_others": "buildings in a layer below 0 with a height, counted as not underground",
     "underground": "underground, or in a layer below 0 without a height, left out",
     "left_out": "features without an area, left out",
@@ -77,6 +78,8 @@ class City:
         Names of buildings with a ``layer`` below 0 that state a height; they count as above ground.
     by_parts
         Outlines in place of which their parts count, by ``building:part``: their numbers.
+    higher_outlines
+        Outlines among them that state more height than all of their parts: their numbers.
     underground
         Features with ``location=underground``, ``is_underground``, or a ``layer`` below 0 and no
         height: their numbers.
@@ -118,6 +121,7 @@ class City:
     from_ground: tuple[str, ...] = ()
     below_others: tuple[str, ...] = ()
     by_parts: tuple[str, ...] = ()
+    higher_outlines: tuple[str, ...] = ()
     underground: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     not_built: tuple[str, ...] = ()

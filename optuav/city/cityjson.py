@@ -73,10 +73,8 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
                 if name not in by_parts or below:
                     attributes = each.get("attributes") or {}
                     rows.append((name, wholes[name][-1], *prism, attributes))
-        if not rows:
-            raise refusal(file, "has no buildings" + ("; there are " + _told(kinds)) * bool(kinds))
-        at = "metadata or attributes"
-        names, whole, surfaces, low, high, known = map(list, zip(*rows, strict=True))
+        at, columns = "metadata or attributes", zip(*rows, strict=True) if rows else ((),) * 6
+        names, whole, surfaces, low, high, known = map(list, columns)
         if len({*names}) < len(names):
             raise refusal(file, "has several objects of one name")
         frame = table(known, names, _from_above(surfaces, names, file), _crs(parts[0]), file)
@@ -86,13 +84,8 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
         raise
     except UNREADABLE:
         raise refusal(file, f"is not CityJSON: {at} is not as specified") from None
-    words = f"left out, as neither Building nor BuildingPart: {_told(kinds)}"
-    return frame, (words,) if kinds else ()
-
-
-def _told(kinds: Counter[str]) -> str:
-    """The types of objects with their numbers."""
-    return listed([f"{kind} ({count})" for kind, count in kinds.most_common()])
+    others = listed([f"{kind} ({count})" for kind, count in kinds.most_common()])
+    return frame, (f"left out, as neither Building nor BuildingPart: {others}",) if kinds else ()
 
 
 @np.errstate(over="ignore", invalid="ignore")

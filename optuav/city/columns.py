@@ -26,14 +26,18 @@ def column(frame: Any, name: str) -> Any:
     return pd.Series(math.nan, frame.index)
 
 
-def tag(frame: Any, name: str) -> Any:
-    """Return the values of a tag of OpenStreetMap, also by the names that other formats give it.
+def spellings(name: str) -> tuple[str, ...]:
+    """Return the names of columns for a tag of OpenStreetMap.
 
     Databases write ``_`` for ``:``, and shapefiles cut off all but ten letters.
     """
     plain = name.replace(":", "_")
-    names = (name, plain, name[:SHORT], plain[:SHORT])
-    return column(frame, next((known for known in names if known in frame), name))
+    return name, plain, name[:SHORT], plain[:SHORT]
+
+
+def tag(frame: Any, name: str) -> Any:
+    """Return the values of a tag of OpenStreetMap, by the first of its names that is there."""
+    return column(frame, next((known for known in spellings(name) if known in frame), name))
 
 
 def texts(values: Any) -> Any:

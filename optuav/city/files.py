@@ -30,6 +30,7 @@ AREAS = ("Polygon", "MultiPolygon", "Unknown")
 ZIPS = (".zip", ".shz")
 BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
 MAPS = (*HEADS, *TEXTS, *LINES)
+UNDEFINED = ("Undefined Cartesian SRS", "Undefined geographic SRS")  # By GeoPackage, none
 AREAS_OF_TAGS = Path(__file__).with_name("osm.ini")  # Closed ways that GDAL takes for areas
 
 
@@ -140,6 +141,8 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
 
 def placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
     """The features in the reference system of their file, or else in the one that is stated."""
+    if frame.crs is not None and frame.crs.name in UNDEFINED:
+        frame = frame.set_crs(None, allow_override=True)
     if stated is None and frame.crs is None:
         raise refusal(file, "states no coordinate reference system; state it as crs")
     if stated is None and not _is_of_maps(frame.crs):

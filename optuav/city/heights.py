@@ -21,6 +21,7 @@ from optuav.mission.schema import Number
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 ROOF = Number("m", gt=0, le=1200)  # No building is higher
 STOREYS = Number("-", gt=0, le=300)  # No building has more
+MORE_TAGS = ("roof:levels", "roof:height", "min_height", "building:min_level")
 
 Quote = tuple[str, Any, Booleans]
 """A name, its values, and where they cannot be read."""
@@ -87,7 +88,7 @@ def _by_storeys(
     frame: Any, name: str, level_height_m: float, factor: float | None
 ) -> tuple[Floats, list[Quote]]:
     """Heights [m] by storeys, with the roof by its own storeys or its height, the more of both."""
-    values, on_top, top = column(frame, name), tag(frame, "roof:levels"), tag(frame, "roof:height")
+    values, on_top, top = column(frame, name), *(tag(frame, each) for each in MORE_TAGS[:2])
     floors, top_floors, top_m = (
         *(parsed(each, storeys) for each in (values, on_top)),
         lengths_m(top, factor),
@@ -97,9 +98,9 @@ def _by_storeys(
     roof_m = _within(floors * level_height_m + above_m, ROOF)
     roof_m = np.where(np.isnan(counted), math.nan, roof_m)
     known = ~np.isnan(roof_m)
-    on_roof = ("roof:levels", on_top, np.isnan(top_floors)), ("roof:height", top, np.isnan(top_m))
-    quotes = [(tag_name, each, known & where) for tag_name, each, where in on_roof]
-    return roof_m, [(name, values, ~known), *quotes]
+    unread = known & np.isnan([top_floors, top_m])
+    on_roof = zip(MORE_TAGS, (on_top, top), unread, strict=False)
+    return roof_m, [(name, values, ~known), *on_roof]
 
 
 def _bases(

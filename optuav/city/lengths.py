@@ -20,7 +20,7 @@ NUMBER = (  # 1,000 may be one or a thousand
 )
 METRES = re.compile(rf"\+?({NUMBER})\s*(m|met(?:er|re)s?)?", re.IGNORECASE)
 FEET = re.compile(
-    rf"({NUMBER})\s*(?:['′’]|ft\.?|feet|foot)\s*(?:({NUMBER})\s*(?:\"|''|[″”]|in\.?|inch(?:es)?)?)?",
+    rf"({NUMBER})\s*(?:['′’]|ft\.?|feet|foot)[\s-]*(?:({NUMBER})\s*(?:\"|''|[″”]|in\.?|inch(?:es)?)?)?",
     re.IGNORECASE,
 )
 

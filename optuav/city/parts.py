@@ -41,11 +41,12 @@ def underground(frame: Any, known: Any) -> tuple[Booleans, Booleans]:
     return buried | (low & ~stands), low & stands & ~buried
 
 
-def in_place_of_outlines(town: Any) -> tuple[Any, Any]:
-    """Return the buildings by their parts, and the names of outlines that have some.
+def in_place_of_outlines(town: Any) -> tuple[Any, Any, Any]:
+    """Return the buildings by their parts, and the names of outlines: with parts, and too high.
 
     A part belongs to the outline that most of it lies in, and has its height if it states none. An
-    outline of parts is no building, but for what they leave free of it.
+    outline of parts is no building, but for what they leave free of it. If nothing is left, and it
+    states more height than all of its parts, it is too high.
     """
     shapes, is_part = town.geometry.to_numpy().copy(), town["part"].to_numpy()
     wholes, parts = np.flatnonzero(~is_part), np.flatnonzero(is_part)
@@ -62,10 +63,13 @@ def in_place_of_outlines(town: Any) -> tuple[Any, Any]:
     outlines, first = np.unique(whole[order], return_index=True)
     for outline, own in zip(outlines, np.split(part[order], first)[1:], strict=True):
         shapes[outline] = _left_free(shapes[outline], shapes[own])
+    top_m = np.zeros(len(town))
+    np.fmax.at(top_m, whole, roof_m[part])
+    too_high = outlines[shapely.is_missing(shapes[outlines]) & (roof_m > top_m)[outlines]]
     town = town.assign(roof_m=roof_m, of_levels=of_levels).set_geometry(
         geopandas.GeoSeries(shapes, town.index, town.crs)
     )
-    return town[~shapely.is_missing(shapes)], town.index[outlines]
+    return town[~shapely.is_missing(shapes)], town.index[outlines], town.index[too_high]
 
 
 def _left_free(outline: Any, parts: npt.NDArray[np.object_]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
@@ -14,24 +15,31 @@ import numpy as np
 import pandas as pd
 
 from optuav.arrays import Booleans
-from optuav.city.columns import SHORT, SOLID, TAGS, column, columns_of, names_in, texts
-from optuav.city.heights import OF_OPENSTREETMAP, ROOF, STOREYS, lengths_m, vertical_unit
+from optuav.city.columns import SHORT, SOLID, TAGS, column, columns_of, names_in, spellings, texts
+from optuav.city.heights import MORE_TAGS, OF_OPENSTREETMAP, ROOF, STOREYS, lengths_m, vertical_unit
 from optuav.city.lengths import metres, parsed
 from optuav.errors import Fault
 from optuav.mission.files import label
 from optuav.mission.messages import counted, listed, nearest, shown
 
 LIKE = {
-    "height": re.compile(r"height|hgt|h(?:oe|ö)he|hauteur|hoogte|altezza|altura"),
-    "levels": re.compile(r"level|(?<!hi)stor(?:ey|ies|y)|floor|[eé]tage|geschoss"),
+    "height": re.compile(
+        r"height|hgt|(?:^|[^a-z])ht(?:[^a-z]|$)|^h(?:_?m)?$|"
+        r"h(?:oe|ö)he|hauteur|hoogte|altezza|altura"
+    ),
+    "levels": re.compile(
+        r"level|(?<!hi)stor(?:ey|ies|y)|floor|"
+        r"[eé]tage|niveau|geschoss|stockwerk|verdieping|piani|plantas"
+    ),
 }
-"""Words in the names of columns that may state heights or storeys."""
+"""Words in the names of columns that may state heights or storeys, also in other languages."""
 CUT_OFF = {"height": "measuredheight", "levels": "buildinglevels"}
 """Names that have these words only beyond the letters that a shapefile keeps."""
 UNLIKE = re.compile(
-    r"(?:^|[^a-z])(?:min|roof|ground|base|eave)|maxheight|under|below|basement|area|type|source"
+    r"(?:^|[^a-z])(?:min|ground|base|eave)|maxheight|under|below|basement|area|space|type|source"
 )
 """Words in the names of columns that state something else."""
+READ = {*itertools.chain.from_iterable(map(spellings, MORE_TAGS))}
 IN_FEET = re.compile(r"(?<![A-Za-z])(?i:ft|feet|foot)(?![A-Za-z])|[a-z](?:Ft|Feet|Foot)(?![a-z])")
 STATES = r"\W*[0-9.,]*[1-9]"  # Start of a text that is a number other than 0
 WORDS = {
@@ -53,18 +61,15 @@ def not_asked(
     file: Path, frame: Any, unknown: Booleans, named: Mapping[str, Any]
 ) -> Iterator[Fault]:
     """Yield a fault for each option left out where other columns may state unknown heights."""
+    bare = frame[unknown]
+    names = names_in(bare)
     for option in (option for option, name in named.items() if name is None):
-        own = OF_OPENSTREETMAP[option]
-        likely = [
-            name
-            for name in names_in(frame)
-            if _is_like(name, option) and _states(column(frame, name)[unknown])
-        ]
-        if likely:
+        like = [name for name in names if _is_like(name, option)]
+        if likely := [shown(name) for name in like if _states(column(bare, name))]:
             nouns = "column" if len(likely) == 1 else "columns"
-            words = f"is missing for {unknown.sum()} of {counted(len(frame), 'building')}, and the "
-            words += f"{nouns} {listed([*map(shown, likely)])} may state it: name the column by "
-            words += f"{option}; {shown(own)} leaves it out"
+            words = f"is missing for {len(bare)} of {counted(len(frame), 'building')}, and the "
+            words += f"{nouns} {listed(likely)} may state it: name the column by {option}; "
+            words += f"{shown(OF_OPENSTREETMAP[option])} leaves it out"
             yield Fault(option, "", words, label(file))
 
 
@@ -74,7 +79,7 @@ def _is_like(name: str, option: str) -> bool:
     letters = re.sub(r"\W|_", "", low)
     cut = len(name) == SHORT and CUT_OFF[option].startswith(letters)
     like = cut or LIKE[option].search(low) or difflib.get_close_matches(letters, [own], cutoff=0.8)
-    return name != own and bool(like) and not UNLIKE.search(low)
+    return bool(like) and name not in {own, *READ} and not UNLIKE.search(low)
 
 
 def _states(values: Any) -> bool:
@@ -84,18 +89,18 @@ def _states(values: Any) -> bool:
 
 def in_feet(file: Path, frame: Any, name: str, factor: float | None) -> Iterator[Fault]:
     """Yield a fault if numbers of a column seem to be in feet, and no factor is stated."""
-    unit_m, unit = (1.0, "") if frame.crs.is_geographic else vertical_unit(frame.crs)
-    solid = SOLID in frame and name == OF_OPENSTREETMAP["height"]
-    if factor is not None or solid or (unit_m == 1.0 and not IN_FEET.search(name)):
+    unit = vertical_unit(frame.crs)[1]
+    if factor is not None or not ("foot" in unit or IN_FEET.search(name)):
         return
+    if SOLID in frame and name == OF_OPENSTREETMAP["height"]:
+        frame = frame[~(frame[SOLID] > 0.0)]
     values = column(frame, name)
     bare = np.isnan(parsed(values, partial(metres, factor=math.nan))) & (lengths_m(values, 1.0) > 0)
     if bare.any():
-        why = f", as the map is in {unit}" if unit_m != 1.0 else ""
-        words = (
-            f"is missing: numbers of {shown(name)} seem to be in feet{why}; state 0.3048 if they "
-        )
-        yield Fault("height_factor", "", f"{words}are, 1 if they are in metres", label(file))
+        why = f", as the map is in {unit}" if "foot" in unit else ""
+        words = f"is missing: numbers of {shown(name)} seem to be in feet{why}; state "
+        words += "0.3048 if they are, 1 if they are in metres"
+        yield Fault("height_factor", "", words, label(file))
 
 
 def unknown_heights(

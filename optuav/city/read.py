@@ -129,7 +129,7 @@ def read(
     refuse(faults)
     frame, is_part, not_built = built(frame)
     frame, left_out = _with_areas(placed(file, frame, system), file)
-    frame = _in_box(frame, bbox, file)
+    frame = _in_box(frame, bbox, file, remarks)
 
     names = {option: name or OF_OPENSTREETMAP[option] for option, name in named.items()}
     refuse(nowhere(file, frame, names))
@@ -140,16 +140,17 @@ def read(
     town = geopandas.GeoDataFrame(known, geometry=frame.geometry.to_crs(DEGREES))[~buried]
     if not len(town):
         raise refusal(file, "has no buildings above the ground")
-    town, by_parts = in_place_of_outlines(town)
+    town, by_parts, too_high = in_place_of_outlines(town)
     unknown = town["roof_m"].isna().to_numpy()
     refuse(not_asked(file, frame.loc[town.index], unknown, named))
     if default_height_m is None:
         refuse(unknown_heights(file, frame, town, names))
     town = town.assign(assumed=unknown, roof_m=town["roof_m"].fillna(default_height_m or 0.0))
-    gone = {"by_parts": by_parts, "underground": frame.index[buried], "not_built": not_built}
+    gone = {"by_parts": by_parts, "higher_outlines": too_high}
+    gone |= {"underground": frame.index[buried], "not_built": not_built, "left_out": left_out}
     remarks = (*remarks, *remarks_on(frame, town))
     origin = _origin(file, town, origin)
-    return _city(file, town, origin, {**gone, "left_out": left_out}, remarks)
+    return _city(file, town, origin, gone, remarks)
 
 
 def _city(
@@ -246,7 +247,7 @@ def _with_areas(frame: Any, file: Path) -> tuple[Any, Any]:
     return frame.assign(mended=broken)[large], frame.index[~large]
 
 
-def _in_box(frame: Any, bbox: Any, file: Path) -> Any:
+def _in_box(frame: Any, bbox: Any, file: Path, remarks: Sequence[str]) -> Any:
     """The features that reach into a box; refused if there are none."""
     if bbox is not None:
         frame = frame[frame.geometry.to_crs(DEGREES).intersects(shapely.box(*bbox))]
@@ -254,7 +255,7 @@ def _in_box(frame: Any, bbox: Any, file: Path) -> Any:
             words = "no building reaches into it"
             raise InputError([Fault("bbox", shown(bbox), words, label(file))])
     if not len(frame):
-        raise refusal(file, "has no buildings")
+        raise refusal(file, "; ".join(["has no buildings", *remarks]))
     return frame
 
 

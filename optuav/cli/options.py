@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import copy_context
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -66,33 +66,36 @@ class ProblemOptions:
 
         Settings without a dot are fields of a problem of your own.
         """
+        from optuav.cli.problem_file import faults_named, problem_class
         from optuav.mission import Mission
         from optuav.solving import question
 
         values, settings, faults = dict(vars(self)), list(settings or ()), list[Fault]()
-        problem: Any = values.pop("problem")
+        kind: Any = values.pop("problem")
         options = {name: values.pop(name) for name in BESIDE if name in values}
-        if ".py" in problem:
-            from optuav.cli.problem_file import problem_class
-
-            problem = problem_class(problem)
+        mission = problem = None
+        if ".py" in kind:
             keys = {setting: setting.partition("=")[0].strip() for setting in settings}
             own = [
                 x for x in settings if "." not in keys[x] and keys[x] not in Mission.model_fields
             ]
-            settings = [setting for setting in settings if setting not in own]
-            values |= values_of(own, faults)
-            faults += misfits_of(problem, values)
-        mission = mission_of(source, settings)
-        refuse(faults)
-        try:
-            return mission, question.problem_of(problem, **values), options
-        except InputError as error:
-            try:
-                question.checked_question(mission, "P1", **options)
-            except InputError as more:
-                raise InputError([*error.faults, *more.faults]) from None
-            raise
+            settings, file, kind = [x for x in settings if x not in own], kind, None
+            with collected(faults), faults_named():
+                kind = problem_class(file)
+                values |= values_of(own, faults)
+                faults += misfits_of(kind, values)
+        with collected(faults):
+            mission = mission_of(source, settings)
+        if kind is not None:
+            with collected(faults), faults_named():
+                problem = question.problem_of(kind, **values)
+        if faults:
+            with collected(faults):
+                question.checked_question(mission, problem or "P1", **options)
+        refuse(dict.fromkeys(faults))
+        assert mission is not None
+        assert problem is not None
+        return mission, problem, options
 
 
 @dataclass(frozen=True)
@@ -208,12 +211,14 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     """
     from optuav.mission import load
 
-    mission, faults = load(source), list[Fault]()
+    mission, faults = None, list[Fault]()
     values = values_of(settings or (), faults)
     with collected(faults):
+        mission = load(source)
         mission = mission.replace(values) if values else mission
     options = vars(SolveOptions())
     refuse(_as_written(fault, values) if fault.key in options else fault for fault in faults)
+    assert mission is not None
     return mission
 
 
@@ -244,11 +249,13 @@ def values_of(settings: Sequence[str], faults: list[Fault]) -> dict[str, Any]:
 
 def misfits_of(problem: type[Formulation], values: Mapping[str, Any]) -> Iterator[Fault]:
     """Values of a problem's fields that are not a number, whole number, text or truth value."""
-    for field in fields(problem):
-        value, kind = values.get(field.name), getattr(field.type, "__name__", field.type)
+    from optuav.solving.question import arguments_of
+
+    for name, field in arguments_of(problem).items():
+        value, kind = values.get(name), getattr(field.annotation, "__name__", field.annotation)
         types, words = SIMPLE.get(str(kind), ((), ""))
         if value is not None and types and type(value) not in types:
-            yield Fault(field.name, repr(value), words)
+            yield Fault(name, repr(value), words)
 
 
 def is_plan(source: str, stated: Iterable[str]) -> bool:

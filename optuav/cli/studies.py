@@ -36,10 +36,13 @@ class Study:
     save: Path | None = None
     plot: Path | None = None
 
-    def mission(self, source: str) -> Mission:
-        """The mission that is studied; refused with it are places that cannot be written to."""
+    def mission(self, source: str) -> Mission | str:
+        """The mission that is studied; refused with it are places that cannot be written to.
+
+        A mission without changes is left for the study to load, which refuses it with its options.
+        """
         check_places(self.save, self.plot, ".csv", ".json")
-        return mission_of(source, self.settings)
+        return mission_of(source, self.settings) if self.settings else source
 
     def deliver(self, found: Results) -> None:
         """Write the files that were asked for of a table of results, and print it."""
@@ -118,7 +121,7 @@ def sensitivity(
         out.mission(mission),
         uncertainty,
         perspective=perspective,
-        plan=None if plan is None else optuav.load_plan(plan),
+        plan=plan,
         samples=samples,
         seed=seed,
     )

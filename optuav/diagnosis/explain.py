@@ -21,7 +21,7 @@ from optuav.engines.registry import Engine, capabilities
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.judge import audit
-from optuav.mission import Mission, load
+from optuav.mission import Mission
 from optuav.mission.files import refusal
 from optuav.mission.messages import path_of
 from optuav.modelling import Model, Variable
@@ -39,7 +39,7 @@ from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.outcome import more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.parts import Part
-from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
+from optuav.solving.question import PROBLEM_NAMES, mission_and_question, problem_of
 from optuav.status import SAME_S, Status
 
 
@@ -138,7 +138,7 @@ def explain(
         taken = {**_of_plan(subject.plan), "engine": "auto"}  # Whatever engine took the corners
         certain = explain(subject.plan.mission, **taken)
         return replace(certain, doubt_costs_s=dict(subject.doubt_costs_s))
-    elif not isinstance(subject, Program):
+    elif not isinstance(subject, Program | str | Path):
         subject = load_subject(subject)
     if isinstance(subject, Plan) and subject.has_several_stops:
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
@@ -191,10 +191,8 @@ def question_of(subject: Asked, graph: Graph | None = None, **options: Any) -> M
             graph = as_graph(used)
         return MissionQuestion(used.mission, subject.question, graph)
     if isinstance(subject, Plan):
-        mission, set_options = subject.mission, _of_plan(subject)
-    else:
-        mission = load(subject)
-    checked = checked_question(mission, **set_options)
+        set_options, subject = _of_plan(subject), subject.mission
+    mission, checked = mission_and_question(subject, **set_options)
     return MissionQuestion(mission, replace(checked, slot_s=set_options.get("slot_s")), graph)
 
 

@@ -147,7 +147,8 @@ def _monotone(
     hopeless = (starts < 0.0).any(axis=0) | ~(end >= least)
     if np.any(least):
         hopeless |= margin(least, *lines) < 0.0
-    first, last = (np.where(hopeless, -1.0, margin(at, *lines)) for at in (0.0 * end, end))
+    with np.errstate(over="ignore", invalid="ignore"):  # at an end far below 0, which is hopeless
+        first, last = (np.where(hopeless, -1.0, margin(at, *lines)) for at in (0.0 * end, end))
     x, beyond = close_in(margin, 0.0 * end, end, EDGE_S, *lines, known=(first, last))
     y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
     return x, y, np.where(np.isnan(x), np.where(least > 0.0, least, -np.inf), beyond)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain
     from optuav.physics.quantity import Quantity
 
-BEAMS: dict[str, type[SpreadingBeam]] = {}
+BEAMS: dict[str, type[Beam]] = {}
 """Beams by name; one that is added here can be stated as ``laser.beam``."""
 
 BATTERY = "battery.charge_current_A"  # Key of the limit that the battery sets
@@ -26,8 +26,14 @@ class Beam(ABC):
     """Model of how much of the laser's light becomes electric power at a place.
 
     A beam is one class in one file, made of a mission with a laser. Its quantities may be numbers,
-    arrays or symbols, as in `optuav.physics`.
+    arrays or symbols, as in `optuav.physics`. Tables and keys of the mission, and their
+    descriptions, follow from the declaration.
     """
+
+    name: ClassVar[str]  # As ``laser.beam`` states it
+    table: ClassVar[type[LaserTable]]  # The form of [laser] with the keys of the beam
+    needs: ClassVar[tuple[str, ...]] = ()  # Other tables, and dotted keys of them
+    refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -62,17 +68,18 @@ class Beam(ABC):
         """Keys worth moving by hand."""
         yield from ()
 
+    def limit_warning(self) -> str | None:
+        """A sentence on what limited power is where a limit acts; None where it is exact."""
+        return None
+
+    @classmethod
+    def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Keys that break rules for several keys, and their allowed values."""
+        yield from ()
+
 
 class SpreadingBeam(Beam):
-    """A beam that spreads, and a receiver of some size.
-
-    Tables and keys of the mission, and their descriptions, follow from the declaration.
-    """
-
-    name: ClassVar[str]  # As ``laser.beam`` states it
-    table: ClassVar[type[LaserTable]]  # The form of [laser] with the keys of the beam
-    needs: ClassVar[tuple[str, ...]] = ()  # Other tables, and dotted keys of them
-    refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning
+    """A beam that spreads, and a receiver of some size: it has a link budget and an eye limit."""
 
     @abstractmethod
     def chain(self, distance_m: Quantity) -> Chain:
@@ -121,12 +128,3 @@ class SpreadingBeam(Beam):
             f"the beam exceeds the limit for the eye, {limit:.4g} W/m², up to {distance_km:.4g} km "
             f"from the laser; {no_assessment}"
         )
-
-    def limit_warning(self) -> str | None:
-        """A sentence on what limited power is where a limit acts; None where it is exact."""
-        return None
-
-    @classmethod
-    def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Keys that break rules for several keys, and their allowed values."""
-        yield from ()

@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import GetPydanticSchema, WithJsonSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
 
-from optuav.mission.beam import SpreadingBeam
+from optuav.mission.beam import Beam
 from optuav.mission.beams import BEAMS
 from optuav.mission.flight_model import FLIGHTS, FlightModel, FlightTable
 from optuav.mission.schema import SECTIONS, Laser, LaserTable, MissionSection
@@ -20,7 +20,7 @@ class KeyedForms:
     """A table with a key that names a model, and a form for each."""
 
     key: str
-    models: Mapping[str, type[FlightModel] | type[SpreadingBeam]]
+    models: Mapping[str, type[FlightModel] | type[Beam]]
     plain: type[MissionSection] | None = None  # Form without the key, if it is not the first of all
 
     def forms(self) -> list[type[MissionSection]]:

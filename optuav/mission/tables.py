@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Le
 from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Floats, Integers, plain
 from optuav.errors import Fault, InputError, printable, refuse
 from optuav.mission import schema
 from optuav.mission.buildings import Buildings
@@ -79,7 +79,7 @@ def _plain(column: Iterable[Any]) -> Sequence[Any]:
     """A column as an array if it is one of numbers, or else as a list of plain values."""
     kind = getattr(column, "dtype", None)
     if isinstance(kind, np.dtype) and kind.kind in "iuf" and kind.itemsize <= MOST_BYTES:
-        values: Any = np.asarray(column)
+        values: Any = plain(column)
         return values if values.ndim == 1 else [*values.tolist()]
     listed: list[Any] = column if isinstance(column, list) else [*column]
     if {*map(type, listed)} <= {str, int, float}:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError, safe_name
 from optuav.mission import schema
-from optuav.mission.beam import BEAMS, SpreadingBeam
+from optuav.mission.beam import BEAMS, Beam
 from optuav.mission.buildings import Buildings, misnamed, misshapen
 from optuav.mission.flight_model import BENDING, BENT, FLIGHTS, FlightModel
 from optuav.mission.forms import CHOICES, TABLES, table_keys
@@ -285,7 +285,7 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
 
 
 def _rules_of_model(
-    document: Document, model: type[FlightModel] | type[SpreadingBeam], by: str
+    document: Document, model: type[FlightModel] | type[Beam], by: str
 ) -> Iterator[Breach]:
     """Yield faults if a model misses other tables, or refuses their keys."""
     for needed in model.needs:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optuav.arrays import Values
+from optuav.arrays import Values, plain
 from optuav.errors import Fault, InputError, printed, refuse, shown
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.display import table
@@ -249,7 +249,7 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     found: dict[str, Operand] = {}
     for name, value in point.items():
         try:
-            numbers = np.asarray(value)
+            numbers = plain(value)
         except ValueError:  # lists of different lengths
             numbers = np.empty(0)
         if numbers.dtype.kind in "biuf" and numbers.size:

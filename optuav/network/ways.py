@@ -238,7 +238,7 @@ class Fences(NamedTuple):
         at_m = np.clip(np.concatenate([enter_m, leave_m])[met], 0.0, level_m[line])
         order, many = np.lexsort((at_m, line)), np.bincount(line, minlength=len(start_m))
         place = line[order], 1 + np.arange(len(line)) - (np.cumsum(many) - many)[line[order]]
-        shape = len(start_m), 2 + many.max(initial=0)
+        shape = len(start_m), 2 + int(many.max(initial=0))
         none = np.full(shape, -np.inf), np.full(shape, CLEAR)
         table = Corners(np.broadcast_to(level_m[:, None], shape).copy(), *none)
         table.at_m[:, 0] = 0.0

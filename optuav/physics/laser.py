@@ -56,11 +56,12 @@ def transmission(attenuation_per_km: Quantity, distance_m: Quantity) -> Quantity
     return np.exp(-attenuation_per_km * distance_m / 1000.0)
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def source_limit(conversion: Conversion, power_limit_W: Quantity, share: Quantity) -> Quantity:
     """Source power [W] that makes the received power reach a limit [W] ≥ 0, [2]_ eq (14).
 
     The paper's limit is I_ch e_nom: more would exceed the charging current of the battery. The
-    share ν [-] in (0, 1] comes from `transmission`.
+    share ν [-] in [0, 1] comes from `transmission`; no power is enough where no light arrives.
     """
     a2, b2 = conversion.receiver_slope, conversion.receiver_offset_W
     light_W = (power_limit_W - b2) / (a2 * share)

@@ -49,7 +49,9 @@ class InDirectory(Protocol):
     def directory(self) -> Path: ...  # noqa: D102
 
 
-def swept(found: xarray.Dataset | InDirectory | str | Path) -> style.Pictures:
+def swept(
+    found: xarray.Dataset | InDirectory | str | Path, *, ax: Axes | None = None
+) -> style.Pictures:
     """Draw the hover times of a dataset over up to three keys, one of them in rows at most.
 
     Over one key they are a line for each perspective, over two a map with contours for each of
@@ -60,6 +62,9 @@ def swept(found: xarray.Dataset | InDirectory | str | Path) -> style.Pictures:
     ----------
     found
         As `optuav.batch` and `optuav.open_sweep` return it, or the directory of a sweep.
+    ax
+        Where to draw lines, or the map of a single perspective; by default every picture has a page
+        of its own.
 
     Returns
     -------
@@ -69,7 +74,8 @@ def swept(found: xarray.Dataset | InDirectory | str | Path) -> style.Pictures:
     Raises
     ------
     InputError
-        If the dataset has other dimensions, or a key with a single value.
+        If the dataset has other dimensions, or a key with a single value; or if there are axes for
+        several maps.
 
     Examples
     --------
@@ -78,7 +84,7 @@ def swept(found: xarray.Dataset | InDirectory | str | Path) -> style.Pictures:
     >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(answers)]
     [('hover.png', 'limits.deadline_s [s]')]
     """
-    return style.Pictures(_drawn(answered(found)))
+    return style.Pictures(_drawn(answered(found), ax))
 
 
 def answered(found: xarray.Dataset | InDirectory | str | Path) -> xarray.Dataset:
@@ -94,7 +100,7 @@ def answered(found: xarray.Dataset | InDirectory | str | Path) -> xarray.Dataset
     return answers
 
 
-def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
+def _drawn(found: xarray.Dataset, ax: Axes | None) -> Iterator[tuple[str, Axes]]:
     """Name and axes of one picture after the other."""
     rows = [name for name, each in getattr(found, "coords", {}).items() if each.dims == ROWS]
     if len(rows) == 1:
@@ -119,11 +125,13 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
         across = f"{keys[0]} [{bracketed(units[keys[0]])}]"
         lines = [Line(name, found[keys[0]], values) for name, values in by_perspective.items()]
         none = bool(hover_s.isnull().all())
-        ax = curves(lines, title=town, x_label=across, y_label=words, y_from_zero=none)
+        ax = curves(lines, title=town, x_label=across, y_label=words, y_from_zero=none, ax=ax)
         if none:
             style.beside(ax, "no plan", (0.5, 0.5), (0.0, 0.0), xycoords="axes fraction")
         yield "hover.png", ax
         return
+    if ax is not None and (len(keys) == 3 or len(perspectives) > 1):
+        raise InputError([Fault("ax", "", "must be left out: this dataset has several maps")])
     few = min(keys, key=lambda key: found.sizes[key]) if len(keys) == 3 else None
     first, second = (key for key in keys if key != few)
     names = [f"{key} [{bracketed(units[key])}]" for key in (first, second)]
@@ -133,7 +141,7 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
         title = f"{town}, perspective {name}"
         if few is None:
             table = values.transpose(second, first).to_numpy()
-            yield f"hover-{name}.png", heat_map(x, y, table, labels, title)
+            yield f"hover-{name}.png", heat_map(x, y, table, labels, title, ax)
         else:
             tables = values.transpose(few, second, first)
             heading = f"{title}\none panel per value of {few} [{bracketed(units[few])}]"

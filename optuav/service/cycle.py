@@ -14,7 +14,7 @@ import numpy as np
 from formulations.soc import PAPER
 from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.frames import without_rounding
 from optuav.judge.replay import replay
 from optuav.mission import Mission, load
@@ -305,8 +305,11 @@ def coverage(
     >>> f"{today.share:.1%} with the laser, {swapped.share:.1%} with new packs in two minutes"
     '25.4% with the laser, 86.8% with new packs in two minutes'
     """
-    loaded, faults = load(mission), _option_faults(perspective, swap_s, lit_hover, pad_power_W)
-    refuse([*faults, *schedule_faults(loaded)])
+    faults = [*_option_faults(perspective, swap_s, lit_hover, pad_power_W)]
+    with collected(faults):
+        loaded = load(mission)
+        faults += schedule_faults(loaded)
+    refuse(faults)
     network = flyable_network(loaded)
     lit = lit_hover and swap_s is None and pad_power_W is None
     hover_A, rest_A = _net_currents(network, lit, pad_power_W)

@@ -32,7 +32,8 @@ from optuav.solving.question import Question, checked_question
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 from optuav.studies.samples import SEED, completed
 
-SAMPLES = Number("-", ge=1, le=1e6, whole=True)
+MOST_SAMPLES = 1_000_000
+SAMPLES = Number("-", ge=1, le=MOST_SAMPLES, whole=True)
 CHANCE = Number("-", gt=0.0, lt=1.0)
 PERSPECTIVES_TAKEN = (AVAILABLE, "battery")
 PROBLEMS_TAKEN = ("P1", "P3", "P4")
@@ -136,14 +137,17 @@ def robust(
     >>> f"{robust.hover_s:.3f} s, {robust.price_s:.1f} s less than with certain numbers"
     '555.810 s, 41.5 s less than with certain numbers'
     """
+    loaded: Mission | None = None
     faults = [*_option_faults(perspective, chance, confidence, samples, seed)]
     with collected(faults):
         loaded = load(mission)
         faults += _battery_faults(loaded)
         box = box_of(loaded, uncertainty)
+    with collected(faults):
+        counted = perspective if perspective in PERSPECTIVES_TAKEN else AVAILABLE
+        question = _question(loaded, problem, counted)
     refuse(faults)
     loaded, count = completed(loaded, box.spreads), int(samples)
-    question = _question(loaded, problem, perspective)
     nominal = solve(loaded, question.problem, perspective=perspective)
     if not nominal:
         raise NoPlanError(f"no plan even with certain numbers: {'; '.join(nominal.reasons)}")
@@ -188,9 +192,15 @@ def _option_faults(
     faults += misfits(("chance", chance, CHANCE)) if chance is not None else ()
     yield from faults
     if not faults and chance is not None and _most_failures(samples, chance, confidence) < 0:
-        least = math.ceil(math.log1p(-confidence) / math.log(chance))
-        words = f"at least {least} for a chance of {chance:g} at a confidence of {confidence:g}"
-        yield Fault("samples", shown(samples), words)
+        least, sure = math.log1p(-confidence) / math.log(chance), f"a confidence of {confidence}"
+        words = f"at least {math.ceil(least)} for a chance of {chance} at {sure}"
+        fault = Fault("samples", shown(samples), words)
+        if not SAMPLES.accepts(math.ceil(least)):
+            most = math.exp(math.log1p(-confidence) / MOST_SAMPLES)
+            words = f"at most {math.floor(1e7 * most) / 1e7:.7f} at {sure}, for which"
+            words += f" {MOST_SAMPLES} samples are enough"
+            fault = Fault("chance", shown(chance), words)
+        yield fault
     yield from unlisted(("perspective", perspective, PERSPECTIVES_TAKEN))
 
 
@@ -202,7 +212,7 @@ def _battery_faults(mission: Mission) -> Iterator[Fault]:
 
 
 def _question(
-    mission: Mission, problem: Formulation | ProblemName, perspective: Perspective
+    mission: Mission | None, problem: Formulation | ProblemName, perspective: Perspective
 ) -> Question:
     """Return the question with certain numbers, or refuse a problem that has no robust form."""
     question = checked_question(mission, problem, perspective)
@@ -216,7 +226,7 @@ def _question(
 
 def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
     """Return the refusal where no plan holds, with its repair."""
-    where = "in the whole box" if chance is None else f"with a chance of {chance:g}"
+    where = "in the whole box" if chance is None else f"with a chance of {chance}"
     repair = "state smaller ranges"
     table = figures(Variants(network, corners_of(network.mission, box).columns))
     if np.any(table.hover_distance_m > table.coverage_radius_m * (1.0 + KEPT)):
@@ -265,7 +275,7 @@ def _show(robust: Results) -> Iterator[str]:
     if facts["chance"] is None and facts["flyable"] < 1.0:
         yield "Beware      not in the whole box: state smaller ranges, or a chance"
     yield from (f"Beware      {words}" for words in facts["outside"])
-    sure = f"with a confidence of {facts['confidence']:g}"
+    sure = f"with a confidence of {facts['confidence']}"
     yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
     lines = [["if this were certain", "low", "high", "hover gained [s]"]]
     for row in robust.rows:

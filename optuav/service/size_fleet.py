@@ -86,8 +86,10 @@ def size_fleet(
     stated: Mapping[str, Any] | None = None
     with collected(faults):
         stated = None if prices is None else _prices(prices)
+    with collected(faults):
+        loaded = load(mission)
     refuse(faults)
-    loaded, service = load(mission), _Service(share, overlap_s, stated)
+    service = _Service(share, overlap_s, stated)
     cycles = dict(_cycles(loaded, swap_s))
     rows = [service.row(name, cycle) for name, cycle in cycles.items()]
     if all(row["why"] for row in rows):

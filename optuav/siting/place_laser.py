@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from formulations.soc import PAPER, PERSPECTIVES
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Floats, Integers, plain
 from optuav.errors import Fault, folded, line_width, printable, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
@@ -300,7 +300,7 @@ def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
 def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
     """Return the candidates as an array; append their faults to `faults`."""
     try:
-        table_m = np.array(candidates, dtype=float)
+        table_m = plain(candidates).astype(float)
     except (OverflowError, TypeError, ValueError):
         table_m = np.empty(0)
     if table_m.ndim != 2 or table_m.shape[1] != 3 or not len(table_m):

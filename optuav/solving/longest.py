@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from formulations.parameters import QUANTITIES, Landing, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, plain
 from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse, shown
@@ -142,7 +142,7 @@ def longest_hovers(
     def read(name: str, value: npt.ArrayLike, allowed: Number) -> Any:
         """Return the figure as an array; append its faults to `faults`."""
         try:
-            figure = np.asarray(value, dtype=float)
+            figure = plain(value).astype(float)
         except (TypeError, ValueError):
             faults.append(Fault(name, shown(value)[:40], "a number, or an array of numbers"))
             return np.nan

@@ -21,7 +21,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import BELOW_RESERVE, replay
 from optuav.mission import Mission
-from optuav.mission.beams import spreading_beam
+from optuav.mission.beams import beam_of, spreading_beam
 from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
@@ -124,8 +124,10 @@ def plan_for(
         cap = charging_cap(mission, network.places)
         if cap and any(phase.end_place in cap.places for phase in flown):
             warnings.append(cap.words)
+        if mission.laser is not None:
+            warnings.append(beam_of(mission).limit_warning())
         if beam := spreading_beam(mission):
-            warnings += beam.limit_warning(), beam.eye_warning
+            warnings.append(beam.eye_warning)
         notes += filter(None, warnings)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from formulations.soc import AVAILABLE, PAPER
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Floats, Integers, plain
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
@@ -79,6 +79,17 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     return (*tuple(legs)[:MOST_REASONS], *more)
 
 
+class NoParts(tuple[Part, ...]):
+    """The parts of a program where nothing can be flown: none, and a first one is refused."""
+
+    reasons: tuple[str, ...] = ()
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return super().__getitem__(place)
+        raise NoPlanError(f"nothing can be flown: {'; '.join(self.reasons)}")
+
+
 @dataclass(frozen=True)
 class Program:
     """Declared models, each over some routes; or the reasons why nothing can be flown.
@@ -90,7 +101,8 @@ class Program:
     question, network
         Problem, perspective, slots, engine and time limit, checked; the mission as arrays.
     parts, reasons
-        One model and the numbers of its routes each; or why nothing can be flown.
+        One model and the numbers of its routes each; or why nothing can be flown. Then there is
+        no first part: ``parts[0]`` raises `NoPlanError`.
 
     Examples
     --------
@@ -107,6 +119,12 @@ class Program:
     network: Network
     parts: tuple[Part, ...]
     reasons: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            none = NoParts()
+            none.reasons = self.reasons
+            object.__setattr__(self, "parts", none)
 
     @printed
     def __str__(self) -> str:
@@ -156,6 +174,8 @@ class Program:
         InputError
             If the width is not such a number.
         """
+        if not self.parts:
+            return f"% {self}"
         write = partial(Model.to_latex, width=width, numbers=numbers, labels=labels)
         return self._pages(write, "% ")
 
@@ -272,10 +292,14 @@ class Program:
         InputError
             If no model of the program has just these unknowns and parameters; also for a plan,
             which flies one of the routes.
+        NoPlanError
+            If nothing can be flown.
         """
         if not isinstance(point, Mapping):
             words = "values by name, such as {'hover_time_s': plan.hover_time_s}"
             raise InputError([Fault("point", shown(point), words)])
+        if not self.parts:
+            raise NoPlanError(str(self))
         kinds = dict.fromkeys(part.unknowns for part in self.parts)
         unknowns_of_point = frozenset[str]().union(*kinds) & point.keys()
         matching = [part for part in self.parts if part.unknowns == unknowns_of_point]
@@ -556,7 +580,7 @@ class CompiledProgram:
             hint, known = nearest(name, self._parameters), ", ".join(self._parameters)
             return f"is not a parameter of the program{hint}; there are {known}"
         try:
-            numbers = np.asarray(None if isinstance(value, bool) else value)
+            numbers = plain(None if isinstance(value, bool) else value)
         except ValueError:  # lists of different lengths
             numbers = np.asarray(None)
         fits = numbers.dtype.kind in "iuf" and numbers.shape in ((), (self._most,))

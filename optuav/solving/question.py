@@ -1,7 +1,9 @@
 """The question about a mission, checked and completed, and the engine that answers it."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import dataclass, replace
+from inspect import Parameter, signature
+from pathlib import Path
 from typing import Any
 
 from formulations.cycle import Cycle
@@ -23,8 +25,8 @@ from optuav.engines.registry import (
     preferred,
 )
 from optuav.engines.solution import Solution, returned
-from optuav.errors import Fault, InputError, nearest, refuse
-from optuav.mission import Mission
+from optuav.errors import Fault, InputError, collected, nearest, refuse
+from optuav.mission import Mission, load
 from optuav.mission.flight_model import FLIGHTS, CruisingModel, flight_of
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
 from optuav.mission.schema import SLOT, Number
@@ -87,22 +89,30 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
     else:
         raise InputError([unknown("problem", stated_as, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
-    kinds = dict.fromkeys((*OF_THE_PAPER, kind))
-    taken = {name: {f.name: f for f in fields(name) if f.init} for name in kinds}
+    taken = {each: arguments_of(each) for each in dict.fromkeys((*OF_THE_PAPER, kind))}
     faults = []
     for field, value in options.items():
         if field not in taken[kind]:
-            able = [name.__name__ for name in taken if field in taken[name]]
+            able = [each.__name__ for each in taken if field in taken[each]]
             words = f", {' and '.join(able)} {'does' if len(able) == 1 else 'do'}" if able else ""
             words = words or nearest(field, taken[kind])
             faults.append(Fault(field, shown(value), f"problem {name} takes no {field}{words}"))
     for field, each in taken[kind].items():
-        if field not in options and each.default is each.default_factory is MISSING:
+        if field not in options and each.default is Parameter.empty:
             what = "the name of a building" if field == "building" else "a value of this field"
             faults.append(Fault(field, "", f"problem {name} needs {what}"))
     refuse(faults)
     options |= {"tight": True} if name == "P2-tight" else {}
-    return kind(**options)
+    unnamed = [n for n, each in taken[kind].items() if each.kind is Parameter.POSITIONAL_ONLY]
+    by_place = [options.pop(n) for n in unnamed if n in options]
+    return kind(*by_place, **options)
+
+
+def arguments_of(kind: type[Formulation]) -> dict[str, Parameter]:
+    """The arguments of a class of problems by name: of a dataclass, its fields."""
+    unnamed = Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD
+    arguments = signature(kind).parameters.items()
+    return {name: each for name, each in arguments if each.kind not in unnamed}
 
 
 def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
@@ -115,44 +125,62 @@ def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
     return perspectives
 
 
+def mission_and_question(
+    source: Mission | str | Path, *options: Any, **named: Any
+) -> tuple[Mission, Question]:
+    """The mission of a source and the question about it; refused with the faults of both."""
+    mission, question, faults = None, None, list[Fault]()
+    with collected(faults):
+        mission = load(source)
+    with collected(faults):
+        question = checked_question(mission, *options, **named)
+    refuse(faults)
+    assert mission is not None
+    assert question is not None
+    return mission, question
+
+
 def checked_question(
-    mission: Mission,
+    mission: Mission | None,
     problem: Formulation | ProblemName = "P1",
     perspective: str = AVAILABLE,
     slot_s: float | None = None,
     engine: str | Engine = "auto",
     time_limit_s: float | None = None,
 ) -> Question:
-    """The options of `optuav.solve`, completed; refused with all that is wrong with them."""
+    """The options of `optuav.solve`, completed; refused with all that is wrong with them.
+
+    Without a mission, options that it alone may contradict are accepted.
+    """
     chosen = PROBLEMS.get(problem, problem) if isinstance(problem, str) else problem
     # A value of another type is a fault.
     stated: Any = (chosen, perspective, slot_s, engine, time_limit_s)
     question = Question(*stated)
-    if faults := list(_faults(mission, question)):
-        raise InputError(faults)
-    if question.engine_name == "grid" and slot_s is None:
+    refuse(_faults(mission, question))
+    if mission is not None and question.engine_name == "grid" and slot_s is None:
         return replace(question, slot_s=mission.limits.slot_s)
     return question
 
 
-def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
-    """Everything that is wrong with the options."""
+def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
+    """Everything that is wrong with the options, over a mission if there is one."""
     problem: object = question.problem
     if isinstance(problem, Formulation):
-        buildings = mission.buildings.names
         if problem.order is not None:
             yield from unlisted(("order", problem.order, ORDERS))
-        name = problem.building if isinstance(problem.building, str) else ""
-        if problem.building is not None and name not in buildings:
-            yield Fault("building", shown(problem.building), no_building(name, buildings))
-        elif isinstance(problem, Cycle) and name:
-            yield from _cycle_faults(mission, problem, question.perspective)
+        if mission is not None and problem.building is not None:
+            yield from _building_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):
                 words = "must subclass Formulation itself; its declare may call P1's to P4's"
                 yield Fault("problem", type(problem).__name__, words)
             elif problem.name in PROBLEM_NAMES:
                 yield Fault("problem", problem.name, "a name of its own, none of the paper's")
+            try:
+                signature(problem.declare).bind(None, None)
+            except TypeError:
+                words = "its declare must accept a model and the given quantities"
+                yield Fault("problem", problem.name, f"{words}: declare(self, model, given)")
     elif isinstance(problem, type) and issubclass(problem, Formulation):
         name = problem.__name__
         yield Fault("problem", name, f"must be an instance, such as {name}(…), not the class")
@@ -188,7 +216,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         one = ("stops", p1.stops, (1,)), ("hovers", p1.hovers, (1,))
         place = ("hover_point", p1.hover_point, ("w_U",))
         yield from not_with("with speed = 'free'", three, *one, place, *searched)
-        yield from _speed_faults(mission, question.perspective)
+        yield from () if mission is None else _speed_faults(mission, question.perspective)
     if question.several:
         yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
         by_default = (
@@ -197,13 +225,18 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             ("hover_point", p1.hover_point, ("w_U",)),
         )
         yield from not_with("with several stops", *by_default, *searched)
-        battery, count = mission.battery, len(mission.buildings)
-        if question.perspective == AVAILABLE and battery.takes_turns:
-            words = "must be pooled with several stops"
-            yield Fault("battery.schedule", shown(battery.schedule), words)
-        if count > MOST_BUILDINGS:
-            words = f"several stops are searched for over at most {MOST_BUILDINGS} buildings"
-            yield Fault("buildings", str(count), words)
+        yield from () if mission is None else _faults_of_stops(mission, question.perspective)
+
+
+def _faults_of_stops(mission: Mission, perspective: str) -> Iterator[Fault]:
+    """Missions over which no several stops are searched for."""
+    battery, count = mission.battery, len(mission.buildings)
+    if perspective == AVAILABLE and battery.takes_turns:
+        words = "must be pooled with several stops"
+        yield Fault("battery.schedule", shown(battery.schedule), words)
+    if count > MOST_BUILDINGS:
+        words = f"several stops are searched for over at most {MOST_BUILDINGS} buildings"
+        yield Fault("buildings", str(count), words)
 
 
 def _speed_faults(mission: Mission, perspective: str) -> Iterator[Fault]:
@@ -215,6 +248,16 @@ def _speed_faults(mission: Mission, perspective: str) -> Iterator[Fault]:
     if perspective == AVAILABLE and mission.battery.takes_turns:
         words = "must be pooled with speed = 'free' in the perspective available"
         yield Fault("battery.schedule", shown(mission.battery.schedule), words)
+
+
+def _building_faults(mission: Mission, problem: Formulation, perspective: str) -> Iterator[Fault]:
+    """Buildings that a mission lacks, and cycles that do not begin and end on their roof."""
+    names, building = mission.buildings.names, problem.building
+    name = building if isinstance(building, str) else ""
+    if name not in names:
+        yield Fault("building", shown(building), no_building(name, names))
+    elif isinstance(problem, Cycle) and name:
+        yield from _cycle_faults(mission, problem, perspective)
 
 
 def _cycle_faults(mission: Mission, problem: Cycle, perspective: str) -> Iterator[Fault]:

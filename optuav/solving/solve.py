@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from formulations.formulation import Formulation
 from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission, load
+from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
@@ -17,7 +17,7 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.outcome import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, declared_program
-from optuav.solving.question import checked_question
+from optuav.solving.question import Question, mission_and_question
 
 MANY = 2_000  # Buildings of a mission whose routes are compared by bounds first
 
@@ -71,7 +71,8 @@ def formulate(
     >>> optuav.formulate("paper", optuav.P4("b1"), perspective="battery")
     <Program for 'paper': P4, perspective battery, 1 model>
     """
-    program = _program(mission, graph, problem, perspective, slot_s, engine, time_limit_s)
+    options = problem, perspective, slot_s, engine, time_limit_s
+    program = _program(*mission_and_question(mission, *options), graph)
     if program.question.several:
         raise InputError(
             "several stops have no single programme, they are searched for: "
@@ -142,16 +143,17 @@ def solve(
     >>> print(f"{plan.hover_time_s:.2f} s, flyable: {plan.flyable}")
     597.27 s, flyable: True
     """
-    known, options = load(mission), (problem, perspective, slot_s, engine, time_limit_s)
+    options = problem, perspective, slot_s, engine, time_limit_s
+    known, question = mission_and_question(mission, *options)
     plan = program = None
     if graph is None and len(known.buildings) >= MANY:
         from optuav.solving.promising import narrowed
 
-        program = narrowed(known, checked_question(known, *options))
+        program = narrowed(known, question)
         if program and (program.parts or impossibilities(program.network, one_stop=False)):
             plan = program.solve()
     if plan is None or program is None:
-        program = _program(known, graph, *options)
+        program = _program(known, question, graph)
         if program.question.several:
             from optuav.solving.several_stops import several_stops
 
@@ -164,10 +166,8 @@ def solve(
     return plan
 
 
-def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -> Program:
+def _program(known: Mission, question: Question, graph: Graph | None) -> Program:
     """Declare the problem, with one rest and one hover if it allows several."""
-    known = load(mission)
-    question = checked_question(known, *stated)
     if not question.speed_free and question.p1.hover_point == "w_U":
         network = build_network(known) if graph is None else edited_network(known, graph)
         return declared_program(question, network)

@@ -243,6 +243,9 @@ def solved_batch(
         for name in perspectives:
             with collected(faults):
                 questions[-1].append(checked_question(each.mission, problem, name))
+    for name in () if wholes else perspectives:
+        with collected(faults):
+            checked_question(None, problem, name)
     refuse(dict.fromkeys(faults + wrong))
     labels = dict[str, Sequence[object]]()
     facts = {"problem": repr(questions[0][0].problem)}

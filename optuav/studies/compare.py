@@ -9,7 +9,7 @@ from typing import Any
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, several, shown, unknown
@@ -135,16 +135,20 @@ def compare(
     [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     """
     names = tuple(several("by", by, str, "the name of a comparison, or several", 0))
+    faults = list[Fault]()
     if not (progress is None or callable(progress)):
-        refuse([Fault("progress", shown(progress), "a function, or nothing")])
+        faults.append(Fault("progress", shown(progress), "a function, or nothing"))
     slots = _some("slots_s", slots_s, Real, "a length [s], or several")
     periods = _some("periods_s", periods_s, Real, "a period [s], or several")
     chosen = _some("engines", engines, str, "the name of an engine, or several")
     given: dict[str, Any] = {"slots_s": slots, "periods_s": periods, "engines": chosen}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given |= {"times": times or None, "workers": None if workers == 1 else workers}
-    refuse([*_faults(names, perspective, given), *misfits(("workers", workers, WORKERS))])
-    studied, counted = load(mission), perspective or AVAILABLE
+    faults += [*_faults(names, perspective, given), *misfits(("workers", workers, WORKERS))]
+    with collected(faults):
+        studied = load(mission)
+    refuse(faults)
+    counted = perspective or AVAILABLE
     if names == ("method",):
         rest = "or another perspective: under available not all engines take it"
         options = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())

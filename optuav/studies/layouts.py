@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, plain
 from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
@@ -127,8 +127,9 @@ def layouts(
     if not _ordered(area_m, 4, Number("m", ge=-1e6, le=1e6)):
         words = "(x low, y low, x high, y high), low < high, each |x| <= 1e6 [m]"
         faults.append(Fault("area_m", shown(area_m), words))
+    with collected(faults):
+        base = load(mission)
     refuse(faults)
-    base = load(mission)
     low_m, high_m = np.array(area_m[:2], float), np.array(area_m[2:], float)
     most, side_m = options["buildings"], float(options["size_m"])
     step_m = np.full(2, 1000.0 / math.sqrt(options["per_km2"]))
@@ -175,7 +176,7 @@ def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
     """
     count = len(mission.buildings)
     try:
-        places_m = np.asarray(roofs_m, dtype=float)
+        places_m = plain(roofs_m).astype(float)
     except (TypeError, ValueError):
         places_m = np.zeros(0)
     if not places_m.size or places_m.shape[1:] != (count, 3):

@@ -13,11 +13,11 @@ import numpy as np
 from optuav.errors import Fault, InputError, folded, line_width, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load
-from optuav.mission.beam import SpreadingBeam
+from optuav.mission.beam import BEAMS, SpreadingBeam
 from optuav.mission.beams import spreading_beam
 from optuav.mission.keys import quantity
 from optuav.mission.messages import misfits, nearest, shown
-from optuav.mission.schema import BEAM, COORDINATE, Number
+from optuav.mission.schema import COORDINATE, Number
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import FIRST_BUILDING, build_places
@@ -206,7 +206,11 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     """
     mission = load(mission)
     if (beam := spreading_beam(mission)) is None:
-        raise InputError([Fault("laser.beam", "", f"is missing; {BEAM.words}")])
+        able = [shown(name) for name, each in BEAMS.items() if issubclass(each, SpreadingBeam)]
+        words, stated = f"must be {' or '.join(able)}, a beam that spreads", ""
+        if mission.laser and mission.laser.beam:
+            stated = shown(mission.laser.beam)
+        raise InputError([Fault("laser.beam", stated, words if stated else f"is missing; {words}")])
     name, number, place_m = _place(mission, at)
     away_m = float(vehicle.laser_distance_m(mission, place_m))
     chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)

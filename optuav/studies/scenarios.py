@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, plain
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
@@ -202,7 +202,7 @@ def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | 
     """Return the values of a key, and their fault."""
     words = f"a list or an array, each {allowed.words}"
     try:
-        column = np.asarray(stated)
+        column = plain(stated)
         if column.dtype.kind not in "iuf" or column.ndim != 1 or not len(column):
             raise ValueError
     except ValueError:

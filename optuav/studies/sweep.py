@@ -473,6 +473,10 @@ class Manifest(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
 def _read_manifest(directory: Path) -> Manifest:
     """The manifest of a sweep."""
     path = directory / MANIFEST
+    with files.opened(path, LARGEST_MANIFEST, own=True) as file:
+        if files.MARK not in file.read(files.HEAD):
+            words = "is not from optuav and stays: it is not a manifest of a sweep"
+            raise files.refusal(path, f"{words}; state another directory")
     text = files.read_text(path, LARGEST_MANIFEST, own=True)
     document = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
     known = isinstance(document, dict) and (document.get("kind"), document.get("format"))

@@ -59,6 +59,7 @@ def refusal(tmp_path: Path, *properties: Mapping[str, object], **options: Any) -
         *(("11'4\"", (11 + 4 / 12) * FOOT_M), ("11' 4.5\"", (11 + 4.5 / 12) * FOOT_M)),
         *(("11 ft 4 in", (11 + 4 / 12) * FOOT_M), ("11ft4", (11 + 4 / 12) * FOOT_M)),
         *(("11'4''", (11 + 4 / 12) * FOOT_M), ("11′4″", (11 + 4 / 12) * FOOT_M)),
+        *(("40'-6\"", 40.5 * FOOT_M), ("40 ft - 6 in", 40.5 * FOOT_M)),
         *(("11 feet 4 inches", (11 + 4 / 12) * FOOT_M), ("11’4”", (11 + 4 / 12) * FOOT_M)),
     ],
 )
@@ -171,7 +172,18 @@ def test_a_roof_is_not_below_the_lowest_floor(tmp_path: Path) -> None:
     [
         *((name, "height") for name in ("HEIGHT", "Height", "height_m", "building_height")),
         *((name, "height") for name in ("heightroof", "measuredHeight", "heigth", "Hoehe")),
-        *((name, "height") for name in ("measuredHe", "bldg_hgt", "HAUTEUR", "Gebäudehöhe")),
+        *(
+            (name, "height")
+            for name in (
+                "measuredHe",
+                "bldg_hgt",
+                "BLDG_HT",
+                "H",
+                "ROOF_HEIGHT",
+                "HAUTEUR",
+                "Gebäudehöhe",
+            )
+        ),
         *((name, "levels") for name in ("building_l", "building:l", "building_levels", "levels")),
         *((name, "levels") for name in ("num_floors", "storeysAboveGround", "NUMFLOORS")),
         *(
@@ -261,6 +273,9 @@ def test_a_number_is_doubted_where_the_map_is_in_feet() -> None:
         read(in_feet(35.0))
     assert read(in_feet(35.0), height_factor=FOOT_M).position_m[0, 2] == pytest.approx(10.668)
     assert read(in_feet(35.0), height_factor=1).position_m[0, 2] == 35.0
+    compound = in_feet(35.0).set_crs("EPSG:25833+6360", allow_override=True)
+    with pytest.raises(optuav.InputError, match=r"height_factor: is missing: .*US survey foot"):
+        read(compound)
     assert read(in_feet("35 ft")).position_m[0, 2] == pytest.approx(10.668)
     assert read(in_feet(4, "building:levels")).position_m[0, 2] == 12.0
     city = read(in_feet(None), default_height_m=9.0)

@@ -200,6 +200,20 @@ def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
         read(degrees, crs="EPSG:25833")
 
 
+@pytest.mark.parametrize("number", [-1, 0])
+def test_an_undefined_system_of_a_geopackage_is_none(tmp_path: Path, number: int) -> None:
+    """By its numbers -1 and 0, for places in metres and in degrees."""
+    file = tmp_path / "town.gpkg"
+    shape = shapely.box(391000, 5820000, 391020, 5820020)
+    geopandas.GeoDataFrame(TALL, index=[0], geometry=[shape], crs=25833).to_file(file)
+    with sqlite3.connect(file) as base:
+        for table in ("gpkg_contents", "gpkg_geometry_columns"):
+            base.execute(f"UPDATE {table} SET srs_id = {number}")
+    base.close()
+    refused(file, "states no coordinate reference system; state it as crs")
+    assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
+
+
 # What a building is
 
 

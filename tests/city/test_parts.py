@@ -68,6 +68,18 @@ def test_what_parts_leave_free_keeps_its_height(tmp_path: Path) -> None:
     assert heights_m(city) == {"b1": 120.0}
 
 
+def test_an_outline_that_is_higher_than_its_parts_is_told(tmp_path: Path) -> None:
+    """Its highest part may be missing, as a spire that nobody drew."""
+    parts = ({**PART, "height": 9}, box(0, 0, 10, 20)), ({**PART, "height": 20}, square(0))
+    for height, higher in ((120, ("0",)), (20, ()), (None, ())):
+        city = town(tmp_path, ({**WHOLE, "height": height}, square()), *parts)
+        assert heights_m(city) == {"b1": 9.0, "b2": 20.0}
+        assert city.higher_outlines == higher
+    words = "outlines of parts that state more height than all of their parts: 1 (0)"
+    alone = ({**WHOLE, "height": 120}, square()), ({**PART, "height": 9}, square())
+    assert words in [*town(tmp_path, *alone).notes()]
+
+
 def test_a_part_without_a_height_has_that_of_its_outline(tmp_path: Path) -> None:
     """Also where what it states cannot be read, which is said."""
     house = ({**WHOLE, "building:levels": 5}, square())

@@ -41,6 +41,25 @@ class Wrong(optuav.Formulation):
 
 class Half(optuav.Formulation):
     """No declare."""
+
+class Longest(optuav.Formulation):
+    """Longest hover for half the rest, with an __init__ of its own."""
+
+    def __init__(self, share: float, /, worth: float = 1.0):
+        self.share, self.worth = share, worth
+
+    def declare(self, model, given):
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(self.worth * hover, unit="s")
+        model.subject_to("charge", given.soc_end(hover, self.share * rest) >= given.min_soc)
+        given.keep_wells(model, "charge", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+class Short(optuav.Formulation):
+    """A declare that forgot the given quantities."""
+
+    def declare(self, model):
+        model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
 '''
 COMMANDS = ("solve", "explain", "formulate")
 
@@ -84,6 +103,19 @@ def test_explain_and_formulate_take_it_too(folder: Path, monkeypatch: pytest.Mon
     assert "wanted_hover_s <= 7" in explained.out
 
 
+def test_a_class_with_its_own_init_takes_its_arguments(folder: Path) -> None:
+    """Like a dataclass its fields: as Python does, and one that has no default must be stated."""
+    own = ("--problem", "mine.py:Longest", "--perspective", "battery", "--set", "worth=2")
+    half, whole = (
+        json.loads(run("solve", "paper", *own, "--set", f"share={share}", "--json").out)
+        for share in (0.5, 1)
+    )
+    assert half["objective"] == 2.0 * half["hover_time_s"] < whole["objective"]
+    assert whole["hover_time_s"] == pytest.approx(
+        optuav.solve("paper", perspective="battery").hover_time_s
+    )
+
+
 TWICE = """
 import optuav
 class Twice(optuav.Formulation):
@@ -99,7 +131,10 @@ BROKEN = [
     (("mine.py:LeastLaser", "wanted_hover_s=x"), "wanted_hover_s = 'x': a number"),
     (("mine.py:LeastLaser", "wanted_hover_s=true"), "wanted_hover_s = True: a number"),
     (("mine.py:LeastLaser", "wanted_hover_s=7", "worth=[1]"), "worth = [1]: a number"),
-    (("mine.py:LeastLasr",), "it has LeastLaser, Wrong; did you mean 'LeastLaser'?"),
+    (("mine.py:LeastLasr",), "it has LeastLaser, Wrong, Longest, Short; did you mean 'LeastL"),
+    (("mine.py:Longest",), "share: problem Longest needs a value of this field"),
+    (("mine.py:Longest", "share=x", "wort=1"), "share = 'x': a number\n       wort = 1: problem"),
+    (("mine.py:Short",), "--problem = Short: its declare must accept a model and the given"),
     (("mine.py:Half",), "--problem = 'mine.py:Half': the file has no class of this name"),
     (("mine.py:WORTH",), "--problem = 'mine.py:WORTH': the file has no class of this name"),
     (("mine.py:Wrong",), "mine.py, line 25: AttributeError: given has no 'lazer_power_W'; did you"),

@@ -15,7 +15,7 @@ import optuav
 from optuav.errors import InputError
 from optuav.explorer.state import controls
 from optuav.mission import Mission
-from optuav.mission.beam import BEAMS, SpreadingBeam
+from optuav.mission.beam import BEAMS, Beam, SpreadingBeam
 from optuav.mission.beams import beam_of
 from optuav.mission.schema import BEAM, LaserTable, Length
 from optuav.mission.template import template
@@ -118,7 +118,11 @@ def test_a_stated_charging_current_is_refused_beside_a_beam(changes: dict[str, A
 def test_a_receiver_cannot_get_more_than_all_light() -> None:
     """χA > D² is refused, χA = D² is not, whatever rounding does to it."""
     words = faults(WIDE, {"receiver.area_m2": 0.0101})
-    assert "receiver.area_m2 = 0.0101: a number, x * receiver.optics_efficiency" in words
+    most = "x <= 0.01 [m2], which is laser.aperture_m squared / receiver.optics_efficiency"
+    assert f"receiver.area_m2 = 0.0101: a number, {most}" in words
+    dim = faults(WIDE, {"receiver.area_m2": 0.05, "receiver.optics_efficiency": 0.3})
+    assert "receiver.area_m2 = 0.05: a number, x <= 0.03333333333 [m2]" in dim
+    WIDE.replace({"receiver.area_m2": 0.03333333333, "receiver.optics_efficiency": 0.3})
     for aperture_m in np.linspace(0.1, 1.0, 10):
         area_m2 = round(float(aperture_m) ** 2, 10)
         WIDE.replace({"laser.aperture_m": float(aperture_m), "receiver.area_m2": area_m2})
@@ -401,6 +405,55 @@ class Lamp(SpreadingBeam):
 
     def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
         return 1.0 / np.maximum(distance_m, 1.0) ** 2
+
+
+class GlowTable(LaserTable):
+    """A glow, without a key of its own."""
+
+    beam: Annotated[Literal["glow"], BEAM]
+
+
+class Glow(Beam):
+    """A tenth of the power wherever the laser is in sight, by what `Beam` declares alone."""
+
+    name: ClassVar[str] = "glow"
+    table: ClassVar[type[LaserTable]] = GlowTable
+
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        assert self.mission.laser is not None
+        return np.minimum(0.1 * self.mission.laser.power_W + 0.0 * distance_m, most_W)
+
+    def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        return 10.0 * most_W + 0.0 * distance_m
+
+
+def test_a_beam_from_outside_needs_no_more_than_beam_declares(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """It is read, solved, replayed, shown and saved; only a link budget needs a beam that spreads.
+
+    100 W charge at 100 W / e_nom: that is what [flight] can state too.
+    """
+    monkeypatch.setitem(BEAMS, "glow", Glow)
+    glow = PAPER.replace({"laser.beam": "glow"})
+    assert isinstance(beam_of(glow), Glow)
+    plan = optuav.solve(glow)
+    assert optuav.replay(plan).flyable
+    rests = [phase for phase in plan.phases if phase.kind == "rest"]
+    nominal_V = PAPER.battery.nominal_voltage_V
+    assert rests
+    assert rests[0].charge_As == pytest.approx(
+        rests[0].duration_s * min(100.0 / nominal_V, PAPER.battery.charge_current_A)
+    )
+    found = optuav.batch_arrays(glow, {"laser.power_W": np.array([500.0, 1000.0])})
+    assert found["hover_time_s"][1] == pytest.approx(plan.hover_time_s, abs=2e-6)
+    assert str(optuav.explain(plan))
+    assert optuav.coverage(glow)
+    assert optuav.load(glow.save(tmp_path / "glow.toml")) == glow
+    assert "eye" not in plan.summary()
+    words = r"laser\.beam = 'glow': must be 'gaussian' or 'divergence', a beam that spreads"
+    with pytest.raises(InputError, match=words):
+        optuav.link_budget(glow, "b7")
 
 
 def test_a_beam_from_outside_is_read_by_its_interface(monkeypatch: pytest.MonkeyPatch) -> None:

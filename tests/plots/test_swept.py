@@ -148,6 +148,24 @@ def test_places_without_a_plan_are_named_in_a_legend() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["no plan"]
 
 
+def test_one_map_is_drawn_on_given_axes_and_several_are_refused() -> None:
+    """As on its own page; nothing is drawn on the axes of others."""
+    grid = {"limits.deadline_s": [600, 700], "battery.capacity_As": [30_000, 40_000]}
+    left, right = Figure().subplots(1, 2)
+    ((name, ax),) = plots.swept(optuav.batch("paper", grid), ax=right)
+    ((own_name, own),) = plots.swept(optuav.batch("paper", grid))
+    assert ax is right
+    assert name == own_name
+    assert [ax.get_xlabel(), ax.get_ylabel()] == [own.get_xlabel(), own.get_ylabel()]
+    np.testing.assert_array_equal(ax.images[0].get_array(), own.images[0].get_array())
+    maps = optuav.batch("paper", grid, perspective=["battery", "available"])
+    panels = optuav.batch("paper", {**grid, "limits.min_soc": [0.1, 0.2]})
+    for several in (maps, panels):
+        with pytest.raises(InputError, match="ax: must be left out: this dataset has several maps"):
+            plots.swept(several, ax=left)
+    assert not left.has_data()
+
+
 def test_nothing_to_draw_is_drawn_over_what_was_swept() -> None:
     found = optuav.batch("paper", {"limits.deadline_s": [10, 20]})
     ((_, ax),) = plots.swept(found)

@@ -255,6 +255,13 @@ def test_bad_input(tmp_path: Path) -> None:
     assert optuav.robust("paper", box, "P3", perspective="battery", chance=0.99, samples=459)
     with pytest.raises(InputError, match=r"at least 299 for a chance of 0\.99"):
         optuav.robust("paper", box, chance=0.99, confidence=0.95, samples=298)
+    # As many samples as are allowed: 0.99999539… to the power of a million is 0.01.
+    most = r"chance = 0\.999999999: at most 0\.9999953 at a confidence of 0\.99"
+    with pytest.raises(InputError, match=most):
+        optuav.robust("paper", box, chance=0.999999999)
+    assert 0.9999953**1_000_000 <= 0.01 < 0.9999954**1_000_000
+    with pytest.raises(InputError, match=r"at least 460515 for a chance of 0\.99999 "):
+        optuav.robust("paper", box, chance=0.99999)
     for chance in (0.0, 1.0, math.nan, "much"):
         with pytest.raises(InputError, match="chance"):
             optuav.robust("paper", box, chance=chance)

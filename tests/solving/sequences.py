@@ -16,7 +16,7 @@ import networkx
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linprog
-from scipy.sparse import block_diag
+from scipy.sparse import block_diag, csr_array
 
 import optuav
 from optuav.mission import Mission
@@ -156,7 +156,7 @@ def optima(programmes: list[Programme]) -> list[float]:
     count = [len(each.cost) for each in programmes]
     costs = np.concatenate([each.cost for each in programmes])
     scale = 1.0 / np.abs(costs).max()  # rows in seconds, for the solver's tolerances
-    times = block_diag([np.ones((1, k)) for k in count], format="csr")
+    times = block_diag([csr_array(np.ones((1, k))) for k in count], format="csr")
     left_s = np.array([each.left_s for each in programmes])
     least = linprog(scale * costs, A_ub=times, b_ub=left_s, method="highs")
     assert least.status == 0, least.message
@@ -166,7 +166,7 @@ def optima(programmes: list[Programme]) -> list[float]:
     found = np.full(len(count), -math.inf)
     if feasible.any():
         kept = [each for each, able in zip(programmes, feasible, strict=True) if able]
-        rows = [np.array([np.ones(len(each.cost)), scale * np.array(each.cost)]) for each in kept]
+        rows = [csr_array([np.ones(len(each.cost)), scale * np.array(each.cost)]) for each in kept]
         limits = np.array([(each.left_s, scale * (each.budget + 1e-12)) for each in kept]).ravel()
         hovers = np.concatenate([each.hovers for each in kept])
         best = linprog(-hovers, A_ub=block_diag(rows, format="csr"), b_ub=limits, method="highs")

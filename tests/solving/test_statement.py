@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import highspy
@@ -93,8 +94,17 @@ def test_where_nothing_flies_there_is_nothing_to_state() -> None:
     program = optuav.formulate(
         optuav.load("paper").replace({"body.mass_kg": 50}), "P1", perspective="battery"
     )
-    with pytest.raises(NoPlanError, match="nothing can be flown: the UAV cannot fly"):
+    words = "nothing can be flown: the UAV cannot fly"
+    with pytest.raises(NoPlanError, match=words):
         program.to_file("lp")
+    assert (len(program.parts), [*program.parts[:1]], [*program.parts]) == (0, [], [])
+    with pytest.raises(NoPlanError, match=words):
+        _ = program.parts[0]
+    with pytest.raises(NoPlanError, match=words):
+        _ = copy.deepcopy(program).parts[-1]
+    with pytest.raises(NoPlanError, match=words):
+        program.check({"hover_time_s": 1.0})
+    assert program.to_latex().startswith(f"% {words}")
 
 
 def test_an_unknown_form_is_refused() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -401,6 +402,53 @@ def test_layouts_are_positions_of_the_buildings() -> None:
         assert_same(found, (number, 1), plan)
     pytest.importorskip("xarray")
     assert optuav.batch(mission, ranges).hover_time_s.dims == ("layout", "limits.deadline_s")
+
+
+MASKED = np.ma.masked_array([600.0, 900.0], [False, True])
+HIDDEN: dict[str, tuple[Callable[[], object], str]] = {
+    "key": (lambda: optuav.batch_arrays("paper", {"limits.deadline_s": MASKED}), "limits.deadline"),
+    "whole": (
+        lambda: optuav.batch_arrays(
+            "paper", {"battery.packs": np.ma.masked_array([1, 2], [True, False])}
+        ),
+        "battery.packs",
+    ),
+    "layouts": (
+        lambda: optuav.batch_arrays(
+            "paper", {"buildings": np.ma.masked_equal(np.full((1, 10, 3), 50.0), 50.0)}
+        ),
+        "position_m",
+    ),
+    "buildings": (
+        lambda: PAPER.with_buildings(
+            {"name": ["a", "b"], "x_m": MASKED, "y_m": [1, 2], "z_m": [3, 4]}
+        ),
+        "position_m",
+    ),
+    "sites": (
+        lambda: optuav.place_laser(PAPER, np.ma.masked_equal([[1.0, 2.0, 3.0]], 2.0)),
+        "cand",
+    ),
+    "compiled": (
+        lambda: (
+            optuav.formulate(PAPER, optuav.P4("b1", order="rest-first"))
+            .compile()
+            .solve(deadline_s=MASKED[1:])
+        ),
+        "deadline_s",
+    ),
+}
+
+
+@pytest.mark.parametrize(("ask", "key"), HIDDEN.values(), ids=HIDDEN)
+def test_masked_values_are_refused(ask: Callable[[], object], key: str) -> None:
+    """A masked value is none: what stands behind the mask is not solved."""
+    with pytest.raises(InputError, match=key):
+        ask()
+    unmasked = {"limits.deadline_s": np.ma.masked_array([600.0, 900.0])}
+    found = optuav.batch_arrays("paper", unmasked)["hover_time_s"]
+    plain = optuav.batch_arrays("paper", {"limits.deadline_s": [600.0, 900.0]})["hover_time_s"]
+    np.testing.assert_array_equal(found, plain)
 
 
 def test_layouts_and_missions_are_paired_with_rows() -> None:

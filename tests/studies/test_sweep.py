@@ -437,6 +437,12 @@ def test_a_directory_of_anything_else_is_left_alone(tmp_path: Path) -> None:
     manifest.write_bytes(b"{}")
     with pytest.raises(InputError, match="is not a manifest of a sweep"):
         optuav.sweep(file)
+    for foreign in (b"hello", b"\xff\xfe", b'{"name": "a web page"}', b""):
+        manifest.write_bytes(foreign)
+        for call, path in ((optuav.sweep, file), (optuav.open_sweep, directory)):
+            with pytest.raises(InputError, match="is not from optuav and stays"):
+                call(path)
+        assert manifest.read_bytes() == foreign
     manifest.unlink()
     with pytest.raises(InputError, match="is not empty, and holds no sweep"):
         optuav.sweep(file)

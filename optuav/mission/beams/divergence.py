@@ -71,8 +71,11 @@ class DivergingBeam(SpreadingBeam):
         return beams.divergence.received_power(self.beam, self.light_W, *way, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        import numpy as np
+
         way = self.attenuation_per_km, distance_m
-        return most_W / beams.divergence.received_power(self.beam, 1.0, *way)
+        with np.errstate(divide="ignore"):  # Where no light arrives, no power is enough
+            return most_W / beams.divergence.received_power(self.beam, 1.0, *way)
 
     def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
         return beams.divergence.disc_irradiance(self.beam, distance_m)
@@ -98,5 +101,6 @@ class DivergingBeam(SpreadingBeam):
             return
         D, A, χ = sizes
         if χ * A > (1.0 + ROUNDING) * D**2:
-            words = f"x * receiver.optics_efficiency <= laser.aperture_m² = {D**2:g} [m2]"
-            yield ("receiver", "area_m2"), f"a number, {words}"
+            most = f"{D**2 / χ:.10g} [m2], which is laser.aperture_m squared"
+            words = f"a number, x <= {most} / receiver.optics_efficiency"
+            yield ("receiver", "area_m2"), f"{words}: no receiver gets more light than is sent"

@@ -149,7 +149,7 @@ def largest_shares(
     In turn the irradiance, the DC power of the receiver and the DC power that can be used [W].
     """
     light = np.maximum(arriving_W, TINY)
-    dc = light * receiver.efficiency
+    dc = np.maximum(light * receiver.efficiency, TINY)
     irradiance_W = receiver.max_irradiance_W_m2 * np.pi * receiver.radius_m**2
     return irradiance_W / light, receiver.max_power_W / dc, most_W / dc
 
