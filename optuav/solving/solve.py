@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from formulations.formulation import Formulation
 from optuav.engines.registry import Engine
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import build_network
@@ -143,6 +144,30 @@ def solve(
     597.27 s, flyable: True
     """
     known, options = load(mission), (problem, perspective, slot_s, engine, time_limit_s)
+    plan = _plan(known, options, graph, progress)
+    if not plan or (calm := vehicle.in_calm_air(known)) is None:
+        return plan
+    note = "this holds while the wind blows"
+    if graph is None:
+        note += f"; {_in_words(calm, options)}"
+    return plan.model_copy(update={"notes": (*plan.notes, note)})
+
+
+def _in_words(calm: Mission, options: tuple[Any, ...]) -> str:
+    """What the best plan in calm air is."""
+    try:
+        plan = _plan(calm, options, None, None)
+    except SolverError as error:
+        return f"the plan in calm air is not known: {error}"
+    return (
+        f"the plan in calm air hovers {plan.hover_time_s:.2f} s" if plan else "calm air allows none"
+    )
+
+
+def _plan(
+    known: Mission, options: tuple[Any, ...], graph: Graph | None, progress: Progress | None
+) -> Plan:
+    """The best plan of a mission, with a note if more stops may help."""
     plan = program = None
     if graph is None and len(known.buildings) >= MANY:
         from optuav.solving.promising import narrowed
