@@ -167,7 +167,8 @@ def coverage(
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
     if hours is not None:
-        results = cycle.event(hours, drones)
+        with progress() as bar:
+            results = cycle.event(hours, drones, bar)
     turns = ""
     if drones is not None and hours is None:
         facts, turns = _turns(cycle, drones, share, overlap_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -34,20 +35,24 @@ def replay_fleet(
     plans: Sequence[Plan],
     offsets_s: Sequence[float],
     *,
-    wanted: int,
-    allowed_gap_s: float,
+    share: float,
     until_s: float,
     places: int,
-    place_s: float,
+    overlap_s: float = 0.0,
+    place_s: float = 0.0,
+    beams: int | None = None,
 ) -> FleetReplay:
     """Simulate the courses of drones that take off at their offsets [s].
 
-    As many as wanted must hover at once, from their arrival until a moment [s], but for an allowed
-    gap [s]. Each occupies one of the places to rest at for some time [s] after a landing.
+    Until a moment [s], so many must hover on average as the share says, not counting the overlap
+    [s] at the end of each hover, and its whole part at every moment; below 1, gaps are no longer
+    than those of a ring that starts in a fixed rhythm. Each drone occupies one of the places to
+    rest at for some time [s] after a landing. A beam, if these are counted, lights one drone that
+    hovers or occupies a place.
     """
     replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
     courses = tuple(replays[id(plan)] for plan in plans)
-    events, hovers, stays = list[Event](), list[Interval](), list[Interval]()
+    events, hovers, stays, lit = list[Event](), list[Interval](), list[Interval](), list[Interval]()
     for number, (course, offset_s) in enumerate(zip(courses, offsets_s, strict=True)):
         words = f"drone {number + 1}: "
         for event in course.violations:
@@ -59,20 +64,49 @@ def replay_fleet(
             begin_s, end_s = offset_s + phase.start_s, offset_s + phase.end_s
             if phase.kind == "hover":
                 hovers.append((begin_s, end_s))
+                lit += hovers[-1:] * any(stage.received.current_A > 0.0 for stage in phase.stages)
             elif phase.kind == "flight" and phase.start.name == "hover":
                 stays.append((end_s, end_s + place_s))
                 if float(wells.total_As) < least * size_As:
                     low = f"{words}too little charge is left at a landing"
                     events.append(Event("state of charge", end_s, low))
-    first_s = sorted(begin_s for begin_s, _ in hovers)[wanted - 1 :][:1] or [until_s]
-    gap_s, at_s = longest_gap(hovers, wanted, first_s[0], until_s)
-    if gap_s > allowed_gap_s + TOLERANCE * until_s:
-        events.append(Event("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
-    most, at_s = busiest(stays, TOLERANCE * until_s)
+    rounding_s = TOLERANCE * until_s
+    gap_s, faults = _coverage_faults(sorted(hovers), share, overlap_s, until_s, rounding_s)
+    events += faults
+    most, at_s = busiest(stays, rounding_s)
     if most > places:
         events.append(Event("place", at_s, f"{most} drones rest at {places} places"))
+    most, at_s = busiest([*lit, *stays], rounding_s)
+    if beams is not None and most > beams:
+        events.append(Event("beam", at_s, f"{most} drones are lit by {beams} beams"))
     events.sort(key=lambda event: event.time_s)
     return FleetReplay(courses, gap_s, tuple(events))
+
+
+def _coverage_faults(
+    hovers: Sequence[Interval], share: float, overlap_s: float, until_s: float, rounding_s: float
+) -> tuple[float, list[Event]]:
+    """The longest gap [s], and faults of hovers in order of their starts."""
+    wanted, faults = max(1, math.floor(share * (1.0 + TOLERANCE))), list[Event]()
+    first_s = hovers[wanted - 1][0] if wanted <= len(hovers) else until_s
+    counted = [(begin_s, end_s - overlap_s) for begin_s, end_s in hovers]
+    shortest_s = min((end_s - begin_s for begin_s, end_s in counted), default=0.0)
+    allowed_s = max(shortest_s * (1.0 / share - 1.0) - overlap_s, 0.0) + rounding_s
+    gap_s, at_s = longest_gap(hovers, wanted, first_s, until_s)
+    if gap_s > allowed_s:
+        faults.append(Event("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
+    elif share * (1.0 + TOLERANCE) >= 1.0:
+        short_s, at_s = longest_gap(counted, wanted, first_s, until_s)
+        if short_s > rounding_s:
+            words = f"hovers overlap by {overlap_s - short_s:.2f} s, less than {overlap_s:g} s"
+            faults.append(Event("overlap", at_s, words))
+    passed_s = hovers[-1][0] - hovers[0][0] if hovers else 0.0
+    if passed_s > 0.0:
+        mean = math.fsum(end_s - begin_s for begin_s, end_s in counted[:-1]) / passed_s
+        if mean < share * (1.0 - TOLERANCE) - rounding_s / passed_s:
+            words = f"{mean:.6g} hover on average, less than {share:g}"
+            faults.append(Event("share", hovers[0][0], words))
+    return gap_s, faults
 
 
 def longest_gap(

@@ -11,6 +11,8 @@ from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector, distance
 
+SAVED = 1e-9  # Share of the current in wind that calm air must add to count
+
 
 def channel(mission: Mission) -> link.Channel:
     """The radio channel to the device."""
@@ -85,6 +87,16 @@ def hover_load(mission: Mission) -> Flow:
         return drawn
     radio_A = radio.transmit_power_W / radio.transmit_voltage_V
     return Flow(drawn.current_A + radio_A, drawn.power_W + radio.transmit_power_W)
+
+
+def in_calm_air(mission: Mission) -> Mission | None:
+    """The mission without its wind, if that saves charge while hovering; else None."""
+    if mission.wind is None:
+        return None
+    calm = mission.replace({"wind": None})
+    drawn_A, calm_A = (float(hover_load(each).current_A) for each in (mission, calm))
+    counts = np.isfinite(drawn_A) and not calm_A <= drawn_A * (1.0 + SAVED)
+    return calm if counts else None
 
 
 def laser_distance_m(mission: Mission, place_m: Vector) -> Quantity:

@@ -52,19 +52,28 @@ class Box(NamedTuple):
         )
 
     @property
+    def nearest(self) -> list[float]:
+        """The point of the keys nearest to the mission's own numbers, by shares of their ranges."""
+        spreads = self.spreads
+        return [min(max((s.key.now - s.low) / (s.high - s.low), 0.0), 1.0) for s in spreads]
+
+    @property
     def extremes(self) -> tuple[tuple[float, float], ...]:
         """Drain and charge that leave least in the battery, and those that leave most."""
         (drain_low, drain_high), (charge_low, charge_high) = (self.factors[k] for k in FACTORS)
         return (drain_high, charge_low), (drain_low, charge_high)
 
     def shrunk(self, share: float) -> Box:
-        """The box shrunk about its middle to a share of its reach."""
+        """The box with a share of its reach to either side of the mission's own numbers.
+
+        The range of a number that lies outside shrinks about its middle.
+        """
         keys = tuple(
             replace(spread, low=low, high=high)
             for spread in self.spreads
-            for low, high in [_about_middle(spread.low, spread.high, share)]
+            for low, high in [_shrunk(spread.low, spread.high, spread.key.now, share)]
         )
-        return Box(keys, {k: _about_middle(*ends, share) for k, ends in self.factors.items()})
+        return Box(keys, {k: _shrunk(*ends, 1.0, share) for k, ends in self.factors.items()})
 
     def without(self, name: str) -> Box:
         """The box with one number at its nominal value."""
@@ -72,9 +81,10 @@ class Box(NamedTuple):
         return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
 
 
-def _about_middle(low: float, high: float, share: float) -> tuple[float, float]:
-    middle, reach = 0.5 * (low + high), 0.5 * share * (high - low)
-    return middle - reach, middle + reach
+def _shrunk(low: float, high: float, now: float, share: float) -> tuple[float, float]:
+    """A share of a range to either side of a number; of its middle, where that lies outside."""
+    about = now if low <= now <= high else 0.5 * (low + high)
+    return about - share * (about - low), about + share * (high - about)
 
 
 def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> Box:
@@ -138,9 +148,9 @@ class Points:
         return len(next(iter(self.columns.values())))
 
     def and_at(self, others: Points) -> Points:
-        """The points, and others with the same factors, each at every level."""
+        """The points, and others with the same factors."""
         both = {
-            key: np.concatenate([values, others.columns[key].repeat(self.levels)])
+            key: np.concatenate([values, others.columns[key]])
             for key, values in self.columns.items()
         }
         return replace(self, columns=both)

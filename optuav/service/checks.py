@@ -2,17 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network, build_network
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
+
+Answer = TypeVar("Answer")
+
+
+def in_calm_air(mission: Mission, ask: Callable[[Mission], Answer]) -> Answer | str | None:
+    """The answer in calm air, or why there is none, if hovering counts on the wind; else None."""
+    calm = vehicle.in_calm_air(mission)
+    try:
+        return None if calm is None else ask(calm)
+    except (InputError, NoPlanError) as error:
+        return str(error)
+
+
+def calm_facts(name: str, answer: float | str | None, words: str) -> dict[str, float | str | None]:
+    """A figure in calm air as a fact of a name, and in words, which may say why there is none."""
+    if answer is None or isinstance(answer, str):
+        return {name: None, "in_calm_air": answer}
+    return {name: answer, "in_calm_air": words.format(answer)}
+
+
+def calm_line(facts: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what calm air gives, where an answer counts on the wind."""
+    if facts["in_calm_air"] is not None:
+        yield f"Wind        this holds while the wind blows; in calm air: {facts['in_calm_air']}"
 
 
 def schedule_faults(mission: Mission) -> Iterator[Fault]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -30,9 +30,15 @@ from optuav.physics.flight import Flow
 from optuav.physics.kibam import tilted_after
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
-from optuav.service.checks import flyable_network, schedule_faults
+from optuav.service.checks import (
+    calm_facts,
+    calm_line,
+    flyable_network,
+    in_calm_air,
+    schedule_faults,
+)
 from optuav.service.declared import compared, program_of
-from optuav.service.event import Event, event_of
+from optuav.service.event import Event, Progress, event_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.horizon import Horizon, horizon_of
 from optuav.service.levels import draw_wells
@@ -42,6 +48,7 @@ from optuav.solving.program import Program
 from optuav.status import Status
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
+Answer = TypeVar("Answer", bound=Results)
 PERSPECTIVES = ("available", "battery")
 DURATION = Number("s", gt=0, le=1e7)
 POWER = Number("W", gt=0, le=1e9)
@@ -58,6 +65,8 @@ FACTS = (
     *("share", "bound", "limit_share", "building", "hover_s", "rest_s", "flight_s", "period_s"),
     *("soc_at_departure", "soc_at_landing", "status", "proof"),
 )
+CALM = {"calm_share": "{:.6%} of the time", "calm_drones": "{} drones"}
+CALM |= {"calm_hover_s": "{:.2f} s of hover"}
 NEVER_LANDS = 1.0, 1.0, 1.0, None, math.inf, 0.0, 0.0, math.inf, 1.0, 1.0, "optimal", ENDLESS
 """The facts of a hover that never ends."""
 
@@ -75,6 +84,9 @@ class Coverage(ResultsWithFacts):
         Where it rests, None for an endless hover; the phases of a cycle, both legs together [s].
     soc_at_departure, soc_at_landing
         (y1 + y2)/B at the building [-].
+    calm_share, in_calm_air
+        If hovering counts on the wind, the share in calm air [-], None without a cycle there, and
+        the same in words; else None. `fleet`, `event` and `horizon` have such facts too.
     status, proof
         Those of a plan: ``"optimal"`` if share and bound are within 1e-9, else ``"feasible"``.
 
@@ -87,6 +99,9 @@ class Coverage(ResultsWithFacts):
     """
 
     visit: Visit | None = field(default=None, kw_only=True, repr=False)
+    visits: tuple[Visit, ...] = field(default=(), kw_only=True, repr=False)  # Of other buildings
+    # The cycle in calm air, or why there is none, if hovering counts on the wind
+    calm: Coverage | str | None = field(default=None, kw_only=True, repr=False)
 
     @cached_property
     def plan(self) -> Plan:
@@ -103,6 +118,16 @@ class Coverage(ResultsWithFacts):
         if self.visit is None:
             raise NoPlanError(f"there is no cycle, one drone never lands: {ENDLESS}")
         return self.visit
+
+    def on(self, visit: Visit) -> Coverage:
+        """Return the longest cycle on another building."""
+        if visit is self.visit:
+            return self
+        hover_s = visit.longest_s
+        assert hover_s
+        facts = {**self.facts, **_facts(visit, hover_s, self.bound, self.limit_share)}
+        rows = labelled_rows(UNITS, _rows(visit, hover_s))
+        return replace(self, facts=facts, rows=rows, visit=visit)
 
     def fleet(self, share: float = 1.0, overlap_s: float = 0.0) -> Fleet:
         """Find the smallest fleet of such drones that covers a share of the time.
@@ -126,7 +151,8 @@ class Coverage(ResultsWithFacts):
         InputError, NoPlanError
             If a number is out of range; or the hover never ends, or 100 000 drones are too few.
         """
-        return fleet_of(self, self.ending(), self.plan, share, overlap_s)
+        fleet = fleet_of(self, self.ending(), self.plan, share, overlap_s)
+        return self._with_calm(fleet, "calm_drones", lambda calm: calm.fleet(share, overlap_s))
 
     def program(self) -> Program:
         """Declare this cycle as a problem: `Cycle` on its building, its start wells unknown.
@@ -193,14 +219,19 @@ class Coverage(ResultsWithFacts):
         >>> f"{day.hover_s:.2f} s of {day.bound_s:.2f} s"
         '3277.31 s of 3305.80 s'
         """
-        return horizon_of(self, hours)
+        day = horizon_of(self, hours)
+        return self._with_calm(day, "calm_hover_s", lambda calm: calm.horizon(hours))
 
-    def event(self, hours: float, drones: int | None = None) -> Event:
+    def event(
+        self, hours: float, drones: int | None = None, progress: Progress | None = None
+    ) -> Event:
         """Find the fewest drones that cover some hours without a gap, all full at the start.
 
-        Drones hover in turn, each for as long as a linear programme says. Charge alone gives a
-        lower bound on their number. The judge then flies the roster through the wells. If the
-        roster runs dry, hovers are made shorter; if that is not enough, a drone is added.
+        The drones rest on one building, the one that needs fewest, and hover in turns, each for as
+        long as a linear programme says. If only charge counts, it gives the fewest that can take
+        turns on any of the buildings. The judge then flies the roster through the wells. If the
+        roster runs dry, hovers are made shorter; the endless ring is tried last, and if that is
+        not enough, a drone is added.
 
         Parameters
         ----------
@@ -208,6 +239,8 @@ class Coverage(ResultsWithFacts):
             How long the event lasts [h], > 0 and up to 240, from when the first drone hovers.
         drones
             How many there are, 1 to 100; None for the fewest.
+        progress
+            Called before each roster is tried, with how many were tried, None, and what comes.
 
         Returns
         -------
@@ -228,7 +261,20 @@ class Coverage(ResultsWithFacts):
         >>> [relay.event(hours).drones for hours in (1, 2, 4)]
         [2, 3, 4]
         """
-        return event_of(self, self.ending(), hours, drones)
+        event = event_of(self, [self.ending(), *self.visits], hours, drones, progress)
+        return self._with_calm(
+            event, "calm_drones", lambda calm: calm.event(hours, progress=progress)
+        )
+
+    def _with_calm(self, answer: Answer, name: str, ask: Callable[[Coverage], Results]) -> Answer:
+        """An answer with the same figure in calm air, if this cycle counts on the wind."""
+        figure = self.calm if isinstance(self.calm, str) else None
+        if isinstance(self.calm, Coverage):
+            try:
+                figure = ask(self.calm).facts[name.removeprefix("calm_")]
+            except (InputError, NoPlanError) as error:
+                figure = str(error)
+        return replace(answer, facts={**answer.facts, **calm_facts(name, figure, CALM[name])})
 
     def watts(self, drones: int, share: float = 1.0, overlap_s: float = 0.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.
@@ -255,7 +301,13 @@ class Coverage(ResultsWithFacts):
         network = build_network(self.mission)
         currents = _net_currents(network, lit=False, pad_power_W=math.inf)
         visits = _visits(network, *currents, self.perspective, None, math.inf)
-        return pad_power(self.mission, [*visits], drones, share, overlap_s)
+        pads = pad_power(self.mission, [*visits], drones, share, overlap_s)
+        if not isinstance(self.calm, Coverage):
+            return pads._replace(in_calm_air=self.calm)
+        try:
+            return pads._replace(in_calm_air=str(self.calm.watts(drones, share, overlap_s)))
+        except (InputError, NoPlanError) as error:
+            return pads._replace(in_calm_air=str(error))
 
 
 def coverage(
@@ -314,16 +366,34 @@ def coverage(
     lit = lit_hover and swap_s is None and pad_power_W is None
     hover_A, rest_A = _net_currents(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
-    options = {"charged_by": charged_by, "lit_hover": lit, "perspective": perspective}
+    options: dict[str, Any] = {
+        "charged_by": charged_by,
+        "lit_hover": lit,
+        "perspective": perspective,
+    }
+    calm = in_calm_air(
+        loaded,
+        lambda calm: coverage(
+            calm,
+            perspective=perspective,
+            swap_s=swap_s,
+            lit_hover=lit_hover,
+            pad_power_W=pad_power_W,
+        ),
+    )
+    calm_share = calm.share if isinstance(calm, Coverage) else calm
+    options |= calm_facts("calm_share", calm_share, CALM["calm_share"])
     if hover_A <= 0.0:
         facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
-        return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw)
-    visits = _visits(network, hover_A, rest_A, perspective, swap_s, pad_power_W)
-    best, hover_s, bound = _best([*visits])
+        return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw, calm=calm)
+    visits = [*_visits(network, hover_A, rest_A, perspective, swap_s, pad_power_W)]
+    best, hover_s, bound = _best(visits)
     most_A = math.inf if swap_s is not None else float(rest_A.max())
     facts = _facts(best, hover_s, bound, 1.0 / (1.0 + hover_A / most_A)) | options
     rows = labelled_rows(UNITS, _rows(best, hover_s))
-    return Coverage("optuav coverage", loaded, facts, UNITS, rows, _show, _draw, visit=best)
+    table = "optuav coverage", loaded, facts, UNITS, rows, _show, _draw
+    others = tuple(visit for visit in visits if visit is not best)
+    return Coverage(*table, visit=best, visits=others, calm=calm)
 
 
 def _option_faults(
@@ -502,6 +572,7 @@ def _show(results: Results) -> Iterator[str]:
     yield f"Coverage by one drone: {printable(results.mission.name)}"
     if facts["building"] is None:
         yield f"Share       100 %: it hovers for ever, {ENDLESS}"
+        yield from calm_line(facts)
         return
     yield f"Share       {facts['share']:.6%} of the time, at most {facts['bound']:.6%}"
     yield f"Building    {printable(facts['building'])}"
@@ -511,6 +582,7 @@ def _show(results: Results) -> Iterator[str]:
     yield f"Charge      {departing:.2%} at departure, {landing:.2%} at landing"
     if facts["limit_share"] < 1.0:
         yield f"Free legs   would give {facts['limit_share']:.2%}"
+    yield from calm_line(facts)
     yield f"Proof       {facts['status']}: {facts['proof']}\n"
     lines = [[row["kind"], *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in results.rows]
     heads = ["phase", "duration [s]", "y1 [A s]", "y2 [A s]"]

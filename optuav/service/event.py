@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from threading import Thread
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import counted, misfits, shown
 from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
-from optuav.service.fleet import repeated, turns_shown
+from optuav.service.checks import calm_line
+from optuav.service.fleet import repeated, turns_shown, upwards
 from optuav.service.visit import Visit
 from optuav.silence import silent
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
+
+Constraints: TypeAlias = tuple[Integers, Sequence[float] | Floats, float]
+"""Columns of unknowns (row, entry), the weight of each entry, and the largest sum of a row."""
+Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 HOURS = Number("h", gt=0.0, le=240.0)
 MOST = 100
@@ -34,6 +41,9 @@ SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 ROUNDING = 1e-6  # Share of the capacity
 RUN = 0.75  # Share of all hovers that a run holds, beside the run of all
 LARGE = 500  # Hovers from which an interior point is found sooner than by the simplex method
+WAITED_S = 0.1  # Between looks at a programme that is solved
+AT_LEAST = "in turns from one roof, charge requires at least"
+BUILDINGS = 20  # Buildings that are tried although others beat them
 MORE = 2  # Hovers beyond the fewest that are tried, per drone
 
 
@@ -43,8 +53,11 @@ class Event(ResultsWithFacts):
 
     Parameters
     ----------
-    hours, drones, least_drones
-        Time covered [h], the number of drones, and the fewest if only charge counts.
+    hours, drones, building
+        Time covered [h], the number of drones, and where all of them rest.
+    least_drones
+        The fewest that can hover in turns from any one building if only charge counts, with at
+        most two hovers per drone more than the charge of full batteries requires.
     longest_hover_s
         Longest hover of the roster [s].
     """
@@ -56,39 +69,90 @@ class Event(ResultsWithFacts):
         """Simulate every drone by the judge alone; each has a place of its own."""
         flight_s = self.plans[0].phases[0].duration_s
         until_s, places = flight_s + 3600.0 * self.facts["hours"], len(self.plans)
-        limits: dict[str, Any] = {"wanted": 1, "allowed_gap_s": 1e-6, "place_s": 0.0}
-        return replay_fleet(self.plans, self.offsets_s, until_s=until_s, places=places, **limits)
+        limits: dict[str, Any] = {"share": 1.0, "until_s": until_s, "places": places}
+        return replay_fleet(self.plans, self.offsets_s, **limits)
 
 
-def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None) -> Event:
-    """The roster of the fewest drones, or of so many, see `Coverage.event`."""
+def event_of(
+    coverage: Coverage,
+    visits: Sequence[Visit],
+    hours: float,
+    drones: int | None,
+    progress: Progress | None = None,
+) -> Event:
+    """The roster of the fewest drones on one of the buildings, or of so many.
+
+    See `Coverage.event`. The visit of the cycle comes first.
+    """
     faults = [*misfits(("hours", hours, HOURS))]
     faults += misfits(*([] if drones is None else [("drones", drones, DRONES)]))
     if coverage.perspective != "available":
         faults.append(Fault("perspective", shown(coverage.perspective), "must be 'available' here"))
     refuse(faults)
-    until_s, least = 3600.0 * hours, 1
-    while _hovers(visit, least, until_s, visit.balanced_s) is None:
-        least += 1
-        if least > MOST:
-            raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
-    if drones is not None and drones < least:
-        number = counted(drones, "drone")
-        raise NoPlanError(f"{number} cannot cover {hours:g} h: charge requires at least {least}")
-    for count in range(least, MOST + 1) if drones is None else [drones]:
-        for share in SHORTER:
-            hovers_s = _hovers(visit, count, until_s, share * visit.most_s)
-            if hovers_s is None:
-                continue
-            roster = Roster(visit, hovers_s, min(count, len(hovers_s)))
-            if roster.lowest_As < -ROUNDING * float(visit.battery.capacity_As):
-                continue
-            event = _event(coverage, hours, least, roster)
-            if event.replay().flyable:
-                return event
-    words = f"charge allows {counted(count, 'drone')} for {hours:g} h, but every roster that optuav"
-    words += " tried empties an available well"
-    raise NoPlanError(words if drones is None else f"{words}: allow one more drone")
+    until_s, least, able = 3600.0 * hours, 0, list[Visit]()
+    visits, tried = _promising(visits), itertools.count()
+    tell = progress or (lambda *_: None)
+    for count in range(1, MOST + 1):
+        number = counted(count, "drone")
+        tell(next(tried), None, number)
+        able = [
+            visit
+            for visit in visits
+            if visit in able or _hovers(visit, count, until_s, visit.balanced_s) is not None
+        ]
+        least = least or count * bool(able)
+        if not able or count < (drones or least):
+            continue
+        if drones is not None and drones < least:
+            number = counted(drones, "drone")
+            raise NoPlanError(f"{number} cannot cover {hours:g} h: {AT_LEAST} {least}")
+        for roster in (roster for visit in able for roster in _rosters(visit, count, until_s)):
+            tell(next(tried), None, f"{number} on {printable(roster.visit.building)}")
+            if roster.lowest_As >= -ROUNDING * float(roster.visit.battery.capacity_As):
+                event = _event(coverage.on(roster.visit), hours, least, roster)
+                if event.replay().flyable:
+                    return event
+        if drones is not None:
+            words = f"charge allows {number} for {hours:g} h, but every roster that optuav tried"
+            raise NoPlanError(f"{words} empties an available well: allow one more drone")
+    if not least:
+        raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
+    words = f"charge allows {counted(least, 'drone')} for {hours:g} h, but every roster that optuav"
+    raise NoPlanError(f"{words} tried, of up to {MOST} drones, empties an available well")
+
+
+def _promising(visits: Sequence[Visit]) -> list[Visit]:
+    """The first visit, those that none beats in legs and charging current, and some of the rest.
+
+    In charge, no visit needs fewer drones than one that beats it. Through the wells it may, as the
+    rosters that are tried are not all that there are.
+    """
+    kept, beaten = [*visits[:1]], list[Visit]()
+    for visit in sorted(visits[1:], key=lambda visit: (visit.flight_s, visit.flight_As)):
+        better = any(
+            each.flight_s <= visit.flight_s
+            and each.flight_As <= visit.flight_As
+            and (each.rest_A >= visit.rest_A or visit.swap_s is not None)
+            for each in kept
+        )
+        (beaten if better else kept).append(visit)
+    kept += beaten[: max(BUILDINGS - len(kept), 0)]
+    return [visit for visit in kept if visit.from_full_s is not None and visit.longest_s]
+
+
+def _rosters(visit: Visit, drones: int, until_s: float) -> Iterator[Roster]:
+    """Yield rosters that keep charge, ever shorter hovers, and last the ring without an end."""
+    for share in SHORTER:
+        hovers_s = _hovers(visit, drones, until_s, share * visit.most_s)
+        if hovers_s is not None:
+            yield Roster(visit, hovers_s, min(drones, len(hovers_s)))
+    hover_s = visit.longest_s
+    assert hover_s
+    if drones >= upwards(visit.period_s(hover_s) / hover_s):
+        count = upwards(until_s / hover_s)
+        hovers_s = np.full(count, hover_s)
+        hovers_s[-1] = until_s - (count - 1) * hover_s
+        yield Roster(visit, hovers_s, min(drones, count))
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,32 +250,69 @@ def _programme(
     visit: Visit, drones: int, until_s: float, longest_s: float, count: int
 ) -> Floats | None:
     """Hovers of a given number [s]; the unknowns are hovers, charges at departure, and a margin."""
-    from scipy import sparse
-    from scipy.optimize import linprog
-
     if drones == 1 and count > 1:
         return None
-    size_As, one = float(visit.battery.capacity_As), sparse.eye(count)
-    blocks: list[list[Any]] = [[visit.hover_A * one, -one, np.ones((count, 1))]]
-    limits = [np.full(count, -visit.flight_As - visit.least_As)]
-    if (again := count - drones) > 0:
-        before, after = sparse.eye(again, count), sparse.eye(again, count, k=drones)
-        offsets = range(1, drones)  # Of the others' hovers while a drone is away
-        between = sparse.diags([1.0] * len(offsets), offsets, shape=(again, count))
-        blocks.append([-between, None, None])
-        limits.append(np.full(again, -visit.flight_s - (visit.swap_s or 0.0)))
+    size_As, number, again = float(visit.battery.capacity_As), np.arange(count), count - drones
+    landing = np.stack([number, count + number, 0 * number + 2 * count], axis=1)
+    rows: list[Constraints] = [
+        (landing, [visit.hover_A, -1.0, 1.0], -visit.flight_As - visit.least_As)
+    ]
+    if again > 0:
+        first = number[:again, None]
+        between = first + np.arange(1, drones)  # The others' hovers while a drone is away
+        ones = np.ones(drones - 1)
+        rows.append((between, -ones, -visit.flight_s - (visit.swap_s or 0.0)))
         if visit.swap_s is None:  # Else every pack is full
-            charge = visit.hover_A * before - visit.rest_A * between
-            blocks.append([charge, after - before, None])
-            limits.append(np.full(again, -visit.flight_As - visit.rest_A * visit.flight_s))
-    total = np.repeat([[1.0, 0.0]], [count, count + 1], axis=1)
-    bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
-    objective = np.append(np.zeros(2 * count), -1.0)
-    rows: Any = sparse.bmat(blocks, format="csc")
-    method: Literal["highs-ds", "highs-ipm"] = "highs-ds" if count < LARGE else "highs-ipm"
-    inequalities = rows, np.concatenate(limits)
-    answer = linprog(objective, *inequalities, total, [until_s], bounds, method=method)
-    return None if answer.x is None else np.asarray(answer.x)[:count]
+            both = np.hstack([first, between, count + first + drones, count + first])
+            gained = [visit.hover_A, *(-visit.rest_A * ones), 1.0, -1.0]
+            rows.append((both, gained, -visit.flight_As - visit.rest_A * visit.flight_s))
+    highest = np.append(np.repeat([longest_s, size_As], count), size_As)
+    answer = _solved(rows, count, until_s, highest)
+    return None if answer is None else answer[:count]
+
+
+def _solved(
+    rows: Sequence[Constraints],
+    count: int,
+    until_s: float,
+    highest: Floats,
+) -> Floats | None:
+    """The largest last unknown under rows whose weights at some columns keep a limit.
+
+    The first unknowns, so many, add up to a time. HiGHS runs beside this thread, which so ends at
+    Ctrl-C.
+    """
+    import highspy
+
+    columns = [*(table for table, _, _ in rows), np.arange(count)[None]]
+    weights = [*(np.tile(row, len(table)) for table, row, _ in rows), np.ones(count)]
+    limits = [np.full(len(table), limit) for table, _, limit in rows]
+    lengths = np.concatenate([np.full(*table.shape) for table in columns])
+    programme = highspy.HighsLp()
+    programme.num_col_, programme.num_row_ = len(highest), len(lengths)
+    programme.col_cost_ = -np.eye(1, len(highest), len(highest) - 1)[0]
+    programme.col_lower_, programme.col_upper_ = np.zeros(len(highest)), highest
+    programme.row_upper_ = np.concatenate([*limits, [until_s]])
+    programme.row_lower_ = np.append(np.full(len(lengths) - 1, -highspy.kHighsInf), until_s)
+    programme.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
+    programme.a_matrix_.start_ = np.concatenate([[0], np.cumsum(lengths)])
+    programme.a_matrix_.index_ = np.concatenate([table.ravel() for table in columns])
+    programme.a_matrix_.value_ = np.concatenate(weights)
+    solver = highspy.Highs()  # type: ignore[no-untyped-call]
+    solver.setOptionValue("output_flag", False)
+    solver.setOptionValue("solver", "simplex" if count < LARGE else "ipm")
+    solver.HandleUserInterrupt = True
+    solver.passModel(programme)
+    running = Thread(target=solver.run, daemon=True)
+    running.start()
+    try:
+        while running.is_alive():
+            running.join(WAITED_S)
+    finally:
+        solver.cancelSolve()  # type: ignore[no-untyped-call]
+    if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+        return None
+    return np.asarray(solver.getSolution().col_value)
 
 
 def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Event:
@@ -235,10 +336,12 @@ def _show(event: Results) -> Iterator[str]:
     assert isinstance(event, Event)
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
-    yield f"Drones      {facts['drones']}; charge requires at least {facts['least_drones']}"
+    yield f"Drones      {facts['drones']}; {AT_LEAST} {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s"
     out_s = event.plans[0].phases[0].duration_s
-    yield f"Rest        on {printable(facts['building'])}; take off {out_s:.2f} s before a hover\n"
+    yield f"Rest        on {printable(facts['building'])}; take off {out_s:.2f} s before a hover"
+    yield from calm_line(facts)
+    yield ""
     yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 

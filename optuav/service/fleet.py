@@ -18,6 +18,7 @@ from optuav.network.timeline import Phase, simulated
 from optuav.physics.roots import largest
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
+from optuav.service.checks import calm_line
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
@@ -74,11 +75,12 @@ class Fleet(ResultsWithFacts):
         return replay_fleet(
             [plan] * len(starts_s),
             starts_s,
-            wanted=max(1, math.floor(facts["asked_share"] + ROUNDING)),
-            allowed_gap_s=facts["longest_gap_s"],
+            share=facts["asked_share"],
+            overlap_s=facts["overlap_s"],
             until_s=until_s,
             places=facts["places"],
             place_s=ground_s if visit.swap_s is None else visit.swap_s,
+            beams=facts["beams"] if facts["charged_by"] == "laser" else None,
         )
 
 
@@ -122,12 +124,14 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
         raise NoPlanError(f"a ring needs {drones} drones, more than {MOST}: state a smaller share")
     wait_s = max(drones * every_s - period_s, 0.0)
     places = upwards((rest_s if visit.swap_s is not None else rest_s + wait_s) / every_s)
-    lit = math.ceil(share - ROUNDING) if cycle.facts["lit_hover"] else 0
+    # One for each place and each drone that hovers at once, but each lights one drone
+    lit = upwards(hover_s / every_s) if cycle.facts["lit_hover"] else 0
+    lasers = cycle.facts["charged_by"] == "laser"
     offsets_s = tuple(every_s * number for number in range(drones))
     facts = {
         "drones": drones,
         "places": places,
-        "beams": places + lit if cycle.facts["charged_by"] == "laser" else 0,
+        "beams": min(places + lit, drones) if lasers else 0,
         "offsets_s": offsets_s,
         "starts_every_s": every_s,
         "share": hover_s / every_s,
@@ -137,6 +141,7 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
         "hover_s": hover_s,
         "rest_s": rest_s,
         "building": visit.building,
+        "charged_by": cycle.facts["charged_by"],
     }
     times_s = visit.flight_s, hover_s, rest_s, wait_s
     rows = labelled_rows(UNITS, ((k, s, *times_s) for k, s in enumerate(offsets_s, start=1)))
@@ -179,6 +184,8 @@ class PadPower(NamedTuple):
         The best one for pads.
     accepted
         Whether the current is at most ``battery.charge_current_A``.
+    in_calm_air
+        If hovering counts on the wind, the same in calm air, in words; else None.
 
     Examples
     --------
@@ -194,11 +201,15 @@ class PadPower(NamedTuple):
     c_rate: float
     building: str
     accepted: bool
+    in_calm_air: str | None = None
 
     def __str__(self) -> str:
         words = f"{self.power_W:.4g} W on {printable(self.building)}, "
         words += f"{self.current_A:.4g} A, {self.c_rate:.3g} C"
-        return words if self.accepted else f"{words}: more than battery.charge_current_A allows"
+        words += "" if self.accepted else ": more than battery.charge_current_A allows"
+        if self.in_calm_air is not None:
+            words += f"; this holds while the wind blows; in calm air: {self.in_calm_air}"
+        return words
 
 
 def pad_power(
@@ -257,7 +268,9 @@ def _show(fleet: Results) -> Iterator[str]:
     yield f"Drones      {facts['drones']}, a start every {facts['starts_every_s']:.2f} s"
     yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
     mean = f"{facts['share']:.4g} hover on average"
-    yield f"Gap         {facts['longest_gap_s']:.2f} s at most; {mean}\n"
+    yield f"Gap         {facts['longest_gap_s']:.2f} s at most; {mean}"
+    yield from calm_line(facts)
+    yield ""
     yield from turns_shown([name.replace("_s", " [s]") for name in UNITS], fleet.rows)
 
 

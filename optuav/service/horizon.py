@@ -18,7 +18,7 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.plan.summary import tabulated
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.terrain import Terrain
-from optuav.service.checks import need_laser
+from optuav.service.checks import calm_line, need_laser
 from optuav.service.levels import draw_wells
 from optuav.solving.several_stops import terrain
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
@@ -92,7 +92,9 @@ def _show(day: Results) -> Iterator[str]:
     facts = day.facts
     yield f"One drone for {facts['hours']:g} h: {printable(day.mission.name)}"
     share = f"{facts['share']:.2%} of the time"
-    yield f"Hover       {facts['hover_s']:.2f} s of at most {facts['bound_s']:.2f} s, {share}\n"
+    yield f"Hover       {facts['hover_s']:.2f} s of at most {facts['bound_s']:.2f} s, {share}"
+    yield from calm_line(facts)
+    yield ""
     lines = [[row["place"], row["kind"], f"{row['duration_s']:.2f}"] for row in day.rows]
     yield from tabulated([["place", "stop", "for [s]"], *lines], words=2)
 

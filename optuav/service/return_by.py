@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,24 +15,35 @@ from optuav.mission import Mission, load
 from optuav.network import vehicle
 from optuav.network.legs import Legs
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_after
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step, tilted_after
+from optuav.physics.roots import largest
 from optuav.plan.summary import tabulated
-from optuav.service.checks import flyable_network, schedule_faults
+from optuav.service.checks import (
+    calm_facts,
+    calm_line,
+    flyable_network,
+    in_calm_air,
+    schedule_faults,
+)
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, fixed
 
 UNITS = {
-    **{"place": "", "flight_s": "s", "dry_s": "s", "soc_s": "s", "latest_s": "s", "binds": ""},
-    **{"a": "-", "b": "-", "g_As": "A s"},
+    **{"place": "", "flight_s": "s", "dry_s": "s", "soc_s": "s", "earliest_s": "s"},
+    **{"latest_s": "s", "binds": "", "a": "-", "b": "-", "g_As": "A s"},
 }
+MONITOR = ("a", 6), ("b", 6), ("g_As", 2)  # With digits
 SHOWN = 10  # Places that are printed
 POINTS = 100  # Moments of a picture
+TOO_LATE = "too late to leave"
+LEVEL = 700.0  # Time constants after which wells are level
 MOST = 1e-9  # Share of the capacity by which rounding may empty a well
 
 
 class Rule(NamedTuple):
-    """Leave as soon as a·y1 + b·y2 < g, and the last moment at which that does not hold."""
+    """Leave as soon as a·y1 + b·y2 < g, and between which moments that does not hold."""
 
-    latest_s: float  # After now [s]; inf if it never ends, −inf if it is too late
+    earliest_s: float  # After now [s]; inf if it always holds
+    latest_s: float  # inf if it never holds again, −inf if it always does
     a: float
     b: float
     g_As: float
@@ -50,7 +62,9 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     origin leave. To ask again on the way, state ``start`` and ``route.origin_m`` there.
 
     The well at the end of a stage of the leg is α + βt + γ·exp(−k't) after a hover of t ([1]_ eqs
-    (15)-(16)); the last zero of that is bracketed.
+    (15)-(16)). It turns once at most, and its zeros are bracketed. Far from level wells may have to
+    level out first: on the way to a place the available well may run dry if the drone leaves at
+    once, but not later.
 
     Parameters
     ----------
@@ -62,11 +76,14 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     ResultsWithFacts
         One row per place that can be reached: ``flight_s``; ``dry_s`` and ``soc_s``, the last
         moments by the available well and by the charge, and ``latest_s``, the smaller [s] (None
-        if it is too late at once, inf if hovering draws nothing); ``binds``, the limit behind it;
-        and the monitor ``a``, ``b`` [-], ``g_As`` [A s]: leave as soon as a·y1 + b·y2 < g. Facts:
-        ``latest_s`` and ``place`` of the place that leaves most time, ``available_As`` and
-        ``bound_As`` on arrival [A s], and ``hover_current_A`` [A] beyond ``received_current_A``,
-        which the laser gives; remove ``laser`` where nothing charges the hover.
+        if it is too late at once, inf if hovering draws nothing); ``earliest_s``, the first moment,
+        0 as a rule; ``binds``, the limit behind the last one; and the monitor ``a``, ``b`` [-],
+        ``g_As`` [A s]: leave as soon as a·y1 + b·y2 < g. They are None where leaving at once would
+        run dry. Facts: ``latest_s`` and ``place`` of the place that leaves most time,
+        ``available_As`` and ``bound_As`` on arrival [A s], and ``hover_current_A`` [A] beyond
+        ``received_current_A``, which the laser gives; remove ``laser`` where nothing charges the
+        hover. ``calm_latest_s`` and ``in_calm_air`` are not None if hovering counts on the wind:
+        the same last moment in calm air, and in words.
 
     Raises
     ------
@@ -97,11 +114,9 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     least_As = loaded.limits.min_soc * float(battery.capacity_As)
     rows = list[dict[str, Any]]()
     for leg in landing:
-        way = network.legs.stages_of(leg)
-        by_charge = _by_charge(charge, hover_A, way, least_As)
-        rule = _earlier(_by_well(battery, charge, hover_A, way), by_charge)
+        moments = _moments(battery, charge, hover_A, network.legs.stages_of(leg), least_As)
         place, flight_s = network.legs.end[leg], float(network.legs.duration_s[leg])
-        row = network.places.names[place], flight_s, *rule
+        row = network.places.names[place], flight_s, *moments
         rows.append(dict(zip(UNITS, row, strict=True)))
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
@@ -109,6 +124,8 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
         **{"latest_s": best["latest_s"], "place": best["place"], "available_As": available_As},
         **{"bound_As": bound_As, "hover_current_A": hover_A, "received_current_A": received_A},
     }
+    calm = in_calm_air(loaded, lambda mission: return_by(mission).latest_s or TOO_LATE)
+    facts |= calm_facts("calm_latest_s", calm, "{:.3f} s at most")
     return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
 
 
@@ -135,62 +152,98 @@ def _arrived(mission: Mission, way: Sequence[Stage]) -> Tilted:
     return charge
 
 
-def _earlier(by_well: Rule, by_charge: Rule) -> tuple[object, ...]:
-    """Return both moments and the earlier, which limit binds, and its monitor; see `UNITS`."""
-    dry_s, soc_s = by_well.latest_s, by_charge.latest_s
-    rule, binds = by_charge, "charge"
-    if dry_s < soc_s or dry_s == -math.inf:
-        rule, binds = by_well, "available well"
-    moments_s = (None if at_s < 0.0 else at_s for at_s in (dry_s, soc_s, rule.latest_s))
-    return *moments_s, binds, *rule[1:]
+def _moments(
+    battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float
+) -> tuple[object, ...]:
+    """Return the moments by both limits and between both, which binds, and its monitor.
+
+    See `UNITS`. The available well stays above 0 while hovering and at the end of every stage.
+    """
+    by_charge = _by_charge(charge, hover_A, way, least_As)
+    by_well = [_at_an_end(battery, charge, hover_A, way[:count]) for count in range(len(way) + 1)]
+    first = min(by_well, key=lambda rule: rule.latest_s)
+    rules, soc_s = (*by_well, by_charge), by_charge.latest_s
+    latest_s = min(first.latest_s, soc_s)
+    earliest_s = max(rule.earliest_s for rule in rules)
+    if math.isfinite(latest_s):  # Up to when all rules hold, or one holds but later
+        wells = tilted_after(battery, charge, Stage(-hover_A, latest_s)).wells(battery)
+        in_time = min(rule.spare_As(wells) for rule in by_well) >= -MOST * battery.capacity_As
+        earliest_s = min(earliest_s, latest_s) if in_time else math.inf
+    if earliest_s == math.inf and soc_s >= 0.0:
+        first = first._replace(latest_s=-math.inf)
+    binds, rule = "charge", by_charge
+    if first.latest_s < soc_s or first.latest_s < 0.0:
+        binds, rule = "available well", first
+    moments_s = (None if at_s < 0.0 else at_s for at_s in (first.latest_s, soc_s))
+    monitor = rule[2:] if earliest_s == 0.0 else (None, None, None)
+    if rule.latest_s < 0.0:
+        return *moments_s, None, None, binds, *monitor
+    return *moments_s, earliest_s, rule.latest_s, binds, *monitor
 
 
 def _by_charge(charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float) -> Rule:
     """The rule that keeps the charge at the landing."""
     g_As = least_As - sum(stage.current_A * stage.duration_s for stage in way)
     spare_As = float(charge.total_As) - g_As
-    lasts_s = spare_As / hover_A if hover_A > 0.0 else math.inf
-    return Rule(lasts_s if spare_As >= 0.0 else -math.inf, 1.0, 1.0, g_As)
-
-
-def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage]) -> Rule:
-    """The rule that keeps y1 ≥ 0 while hovering and at the end of every stage of the way."""
-    ends = range(len(way) + 1)
-    rules = [_at_an_end(battery, charge, hover_A, way[:count]) for count in ends]
-    first = min(rules, key=lambda rule: rule.latest_s)
-    hover = Stage(-hover_A, first.latest_s if math.isfinite(first.latest_s) else 0.0)
-    wells = tilted_after(battery, charge, hover).wells(battery)
-    in_time = min(rule.spare_As(wells) for rule in rules) >= -MOST * battery.capacity_As
-    return first if in_time else first._replace(latest_s=-math.inf)
+    spent_s = spare_As / hover_A if hover_A != 0.0 else math.inf
+    earliest_s, latest_s = 0.0, spent_s if hover_A > 0.0 else math.inf
+    if spare_As < 0.0:
+        earliest_s, latest_s = (spent_s, math.inf) if hover_A < 0.0 else (math.inf, -math.inf)
+    return Rule(earliest_s, latest_s, 1.0, 1.0, g_As)
 
 
 def _at_an_end(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage]) -> Rule:
-    """The rule that keeps y1 ≥ 0 at the end of some stages, and when hovering breaks it for good.
+    """The rule that keeps y1 ≥ 0 at the end of some stages.
 
-    After a hover of t, y1 there is α + βt + γ·exp(−k't), which may rise at first and then falls.
+    After a hover of t, y1 there is α + βt + γ·exp(−k't), which turns once at most.
     """
-    from scipy.optimize import brentq
-
     share, rate_per_s = float(battery.available_fraction), float(battery.rate_per_s)
     e = math.exp(-rate_per_s * sum(stage.duration_s for stage in way))
     gained_As = float(tilted_after(battery, Tilted(0.0, 0.0), *way).wells(battery).available_As)
-    rule = Rule(-math.inf, share * (1.0 - e) + e, share * (1.0 - e), -gained_As)
+    total_As, tilt_As = map(float, charge)
+    drawn_A = (1.0 - share) * hover_A  # From the tilt
 
     def spare_As(hover_s: float) -> float:
-        hovered = tilted_after(battery, charge, Stage(-hover_A, hover_s))
-        return rule.spare_As(hovered.wells(battery))
+        left, integral_s = levelling(battery, hover_s)
+        tilted_As = tilt_As * float(left) - drawn_A * float(integral_s)
+        return share * (total_As - hover_A * hover_s) + gained_As + e * tilted_As
 
-    total_As, tilt_As = map(float, charge)
-    if hover_A <= 0.0:
-        return rule._replace(latest_s=math.inf if spare_As(0.0) >= 0.0 else -math.inf)
-    rises_A = -e * (rate_per_s * tilt_As + (1.0 - share) * hover_A)
-    peak_s = math.log(max(rises_A / (share * hover_A), 1.0)) / rate_per_s
-    if spare_As(peak_s) < 0.0:
-        return rule
-    most_s = (share * total_As + gained_As + e * max(tilt_As, 0.0)) / (share * hover_A)
-    if spare_As(most_s) >= 0.0:  # By rounding, where the wells level out at once
-        return rule._replace(latest_s=most_s)
-    return rule._replace(latest_s=float(brentq(spare_As, peak_s, most_s)))
+    moments_s, falls_A = [0.0], e * (rate_per_s * tilt_As + drawn_A)
+    if falls_A and 0.0 < (left := -share * hover_A / falls_A) < 1.0:
+        moments_s.append(-math.log(left) / rate_per_s)
+    far_s = LEVEL / rate_per_s  # When wells are level, or when charge decides
+    if hover_A:
+        most_As = share * total_As + gained_As + math.copysign(e * abs(tilt_As), hover_A)
+        far_s = 2.0 * max(most_As / (share * hover_A), 0.0) + 1.0
+    moments_s.append(max(far_s, moments_s[-1]))
+    stretch_s = _first_stretch(spare_As, moments_s)
+    return Rule(*stretch_s, share * (1.0 - e) + e, share * (1.0 - e), -gained_As)
+
+
+def _first_stretch(
+    spare_As: Callable[[float], float], moments_s: Sequence[float]
+) -> tuple[float, float]:
+    """From when, and until when first, a number is not below 0, which turns at some moments only.
+
+    After the last one its sign stays.
+    """
+    earliest_s = 0.0 if spare_As(0.0) >= 0.0 else math.inf
+    for begin_s, end_s in pairwise(moments_s):
+        holds = spare_As(end_s) >= 0.0
+        if holds and earliest_s == math.inf:
+            earliest_s = _last_that_holds(spare_As, end_s, begin_s)
+        elif earliest_s < math.inf and not holds:
+            return earliest_s, _last_that_holds(spare_As, begin_s, end_s)
+    return earliest_s, math.inf if earliest_s < math.inf else -math.inf
+
+
+def _last_that_holds(spare_As: Callable[[float], float], from_s: float, to_s: float) -> float:
+    """Return the last moment on the way to another one at which a number is not below 0."""
+    towards = math.copysign(1.0, to_s - from_s)
+    found = largest(
+        lambda passed_s: spare_As(from_s + towards * passed_s) >= 0.0, abs(to_s - from_s)
+    )
+    return from_s + towards * (found[0] if found else 0.0)
 
 
 def _show(times: Results) -> Iterator[str]:
@@ -200,7 +253,9 @@ def _show(times: Results) -> Iterator[str]:
     drawn = f"draws {facts['hover_current_A']:.4g} A from the battery"
     drawn += f"; the laser gives {facts['received_current_A']:.4g} A"
     yield f"On arrival  {wells}"
-    yield f"Hovering    {drawn}\n"
+    yield f"Hovering    {drawn}"
+    yield from calm_line(facts)
+    yield ""
     ranked = sorted(
         times.rows[1:], key=lambda row: math.inf if row["latest_s"] is None else -row["latest_s"]
     )
@@ -208,7 +263,7 @@ def _show(times: Results) -> Iterator[str]:
     rows = [times.rows[0], *ranked]
     for row in rows[:SHOWN]:
         moments = (fixed(row[name], 3, otherwise="too late") for name in ("dry_s", "soc_s"))
-        rule = f"{row['a']:.6f}", f"{row['b']:.6f}", f"{row['g_As']:.2f}"
+        rule = (fixed(row[n], digits, otherwise="-") for n, digits in MONITOR)
         table.append([printable(row["place"]), f"{row['flight_s']:.2f}", *moments, *rule])
     yield from tabulated(table)
     if (more := len(rows) - SHOWN) > 0:
@@ -216,6 +271,10 @@ def _show(times: Results) -> Iterator[str]:
     yield ""
     yield "Leave at the latest when the smaller of both times has passed after arrival."
     yield "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g."
+    for row in rows[:SHOWN]:
+        if row["earliest_s"]:
+            early = f"not before {row['earliest_s']:.3f} s: the available well would run dry"
+            yield f"{printable(row['place'])}: {early} on the way; no monitor says that"
 
 
 def _draw(times: Results) -> Pictures:
@@ -232,6 +291,8 @@ def _draw(times: Results) -> Pictures:
     lines, marks = list[Line](), list[Mark]()
     for place in dict.fromkeys((times.rows[0]["place"], facts["place"])):
         row = rows[place]
+        if row["a"] is None:
+            continue
         left_As = row["a"] * wells.available_As + row["b"] * wells.bound_As - row["g_As"]
         words = f"{printable(place)}, {row['binds']}: {fixed(row['latest_s'], 1)} s"
         lines.append(Line(words, passed_s.tolist(), np.asarray(left_As).tolist()))

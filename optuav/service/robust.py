@@ -55,8 +55,8 @@ class RobustPlan(ResultsWithFacts):
         Number of corners that the plan is declared for; number of samples of the box that were
         flown, and the share of them in which the plan keeps every limit.
     reach_share
-        The plan is declared for a box about the same middle with this share of the reach to either
-        side; 1 without a chance.
+        The plan is declared for a box with this share of the reach to either side of the mission's
+        own numbers (of the middle of a range that does not hold its number); 1 without a chance.
     risk_bound, confidence
         Upper bound on the share of the box in which the plan fails, and its confidence.
     """
@@ -106,9 +106,10 @@ def robust(
         ``"available"``, or ``"battery"``, which counts only charge.
     chance
         The share of the box in which the plan must hold, between 0 and 1; by default the whole
-        box. The plan is then declared for the smallest part of the box, about its middle, with
-        which so few samples fail that the chance is met with the confidence (an order statistic,
-        as the plans of larger parts hold in more of the box).
+        box. The plan is then declared for the smallest part of the box, about the mission's own
+        numbers (the middle of a range that does not hold its number), with which so few samples
+        fail that the chance is met with the confidence (an order statistic, as the plans of larger
+        parts hold in more of the box).
     confidence
         Confidence of the chance and of the bound on the risk, between 0 and 1.
     samples, seed
@@ -164,8 +165,12 @@ def robust(
         share, times = search.by_chance(routes, box, trials, most)
     if times is None:
         raise _no_plan(network, box, chance)
-    outside, kept = box.outside, search.kept(times, samples_of(loaded, box, 0, count, int(seed)))
+    about = "" if chance is None else "; its range shrinks about its middle"
+    outside = tuple(f"{words}{about}" for words in box.outside)
+    kept = search.kept(times, samples_of(loaded, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
+    windy = vehicle.in_calm_air(loaded) is not None
+    windy &= not any(spread.key.name.startswith("wind.") for spread in box.spreads)
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=not box.outside)
@@ -175,7 +180,7 @@ def robust(
         "price_s": nominal.hover_time_s - times.hover_s,
         **{"corners": corners_of(loaded, box).count, "samples": count},
         **{"flyable": float(kept.mean()), "chance": chance, "reach_share": share},
-        **{"confidence": confidence, "outside": outside},
+        **{"confidence": confidence, "outside": outside, "windy": windy},
         "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
     }
     gains = sorted(_gains(search, times, box), key=lambda row: -row[-1])
@@ -275,6 +280,9 @@ def _show(robust: Results) -> Iterator[str]:
     if facts["chance"] is None and facts["flyable"] < 1.0:
         yield "Beware      not in the whole box: state smaller ranges, or a chance"
     yield from (f"Beware      {words}" for words in facts["outside"])
+    if facts["windy"]:
+        words = "state a range of wind.velocity_m_s that holds 0"
+        yield f"Wind        this holds while the wind blows; for calm air, {words}"
     sure = f"with a confidence of {facts['confidence']}"
     yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
     lines = [["if this were certain", "low", "high", "hover gained [s]"]]

@@ -90,9 +90,9 @@ class Search:
         within at which the plan fails, the worst of them are declared beside the corners, again
         and again.
         """
-        points = corners_of(self.network.mission, box)
+        points = corners = corners_of(self.network.mission, box)
         for _ in range(ROUNDS):
-            plan, bounds_s = self._longest(routes, points)
+            plan, bounds_s = self._longest(routes, points, corners)
             worst = None if plan is None or not box.spreads else self._worst(plan, box)
             if worst is None:
                 return plan, bounds_s
@@ -149,6 +149,7 @@ class Search:
         """The worst point for each limit that fails somewhere in a box; None if none is found."""
         rng, mission = np.random.default_rng(0), self.network.mission
         shares = rng.random((SOUGHT, len(box.spreads)))
+        shares[0] = box.nearest  # Often no corner, and the plan is flown there
         margins = self._margins(plan, points_within(mission, box, shares))
         failing = margins.min(axis=1) < -KEPT
         if not failing.any():
@@ -165,11 +166,12 @@ class Search:
         return points_within(mission, box, worst)
 
     def _longest(
-        self, routes: Integers, points: Points
+        self, routes: Integers, points: Points, corners: Points
     ) -> tuple[RobustTimes | None, dict[int, float]]:
         """The longest hover on some routes that holds at all points, and bounds by route [s]."""
         plans, longest_s = list[RobustTimes](), 0.0
-        relaxed = [*self._relaxed(routes, points)]
+        # Where the wells level out at uncertain rates, other points have rates of no pair of levels
+        relaxed = [*self._relaxed(routes, points if points.levels == 1 else corners)]
         for bound_s, candidate in sorted(relaxed, key=lambda pair: -pair[0]):
             if bound_s < longest_s - SAME_S:
                 break

@@ -15,6 +15,7 @@ from optuav.mission.files import read_toml
 from optuav.mission.messages import misfits, of_kind, path_of, unknown
 from optuav.mission.schema import Number
 from optuav.plan.summary import tabulated
+from optuav.service.checks import calm_line, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage
 from optuav.service.fleet import OVERLAP, SHARE, covering, upwards
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
@@ -98,12 +99,20 @@ def size_fleet(
     if stated is not None:
         tether = {"technology": "tether", "why": "", "cost": service.tether_cost(share)}
         rows.append(dict.fromkeys(UNITS) | tether)
-    facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
+    calm = in_calm_air(loaded, lambda mission: _drones(mission, share, overlap_s, swap_s))
+    facts: dict[str, Any] = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s}
+    facts |= {"prices": stated, "in_calm_air": calm}
 
     def draw(_: Results) -> Pictures:
         return _draw(loaded, cycles, service)
 
     return ResultsWithFacts("optuav fleet sizes", loaded, facts, UNITS, tuple(rows), _show, draw)
+
+
+def _drones(mission: Mission, share: float, overlap_s: float, swap_s: float) -> str:
+    """The drones of each technology, in words."""
+    rows = size_fleet(mission, None, share, overlap_s, swap_s).rows
+    return ", ".join(f"{row['drones'] or 'no'} drones ({row['technology']})" for row in rows)
 
 
 def _cycles(mission: Mission, swap_s: float) -> Iterator[tuple[str, Coverage | str]]:
@@ -154,9 +163,10 @@ class _Service(NamedTuple):
         except (InputError, NoPlanError) as error:
             return row | {"why": str(error)}
         # As many drones may start faster: without waiting, or as often as one beam more allows.
-        drones_s = asked["drones"] * (cycle.hover_s - self.overlap_s)
-        fastest = max(self.share, drones_s / cycle.period_s)
-        shares = {min(fastest, math.ceil(self.share)), fastest} - {self.share}
+        counted_s = cycle.hover_s - self.overlap_s
+        fastest = max(self.share, asked["drones"] * counted_s / cycle.period_s)
+        part = counted_s / cycle.hover_s  # Of the hovers, which counts
+        shares = {min(fastest, upwards(self.share / part) * part), fastest} - {self.share}
         rings = [self.counts(cycle, share) for share in shares if SHARE.accepts(share)]
         row |= min([asked, *rings], key=lambda ring: [ring[count] for count in SCARCE])
         if self.prices is not None:
@@ -185,7 +195,9 @@ class _Service(NamedTuple):
 def _show(table: Results) -> Iterator[str]:
     facts = table.facts
     words = covering(facts["share"], facts["overlap_s"])
-    yield f"Fleets {words}: {printable(table.mission.name)}\n"
+    yield f"Fleets {words}: {printable(table.mission.name)}"
+    yield from calm_line(facts)
+    yield ""
     names = [*COUNTS, *(["cost"] if facts["prices"] is not None else [])]
     lines = [["technology", *(name.replace("_", " ") for name in names)]]
     for row in table.rows:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from formulations.formulation import Formulation
 from optuav.engines.registry import Engine
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import build_network
@@ -145,6 +146,30 @@ def solve(
     """
     options = problem, perspective, slot_s, engine, time_limit_s
     known, question = mission_and_question(mission, *options)
+    plan = _plan(known, question, graph, progress)
+    if not plan or (calm := vehicle.in_calm_air(known)) is None:
+        return plan
+    note = "this holds while the wind blows"
+    if graph is None:
+        note += f"; {_in_words(calm, question)}"
+    return plan.model_copy(update={"notes": (*plan.notes, note)})
+
+
+def _in_words(calm: Mission, question: Question) -> str:
+    """What the best plan in calm air is."""
+    try:
+        plan = _plan(calm, question, None, None)
+    except SolverError as error:
+        return f"the plan in calm air is not known: {error}"
+    return (
+        f"the plan in calm air hovers {plan.hover_time_s:.2f} s" if plan else "calm air allows none"
+    )
+
+
+def _plan(
+    known: Mission, question: Question, graph: Graph | None, progress: Progress | None
+) -> Plan:
+    """The best plan of a mission, with a note if more stops may help."""
     plan = program = None
     if graph is None and len(known.buildings) >= MANY:
         from optuav.solving.promising import narrowed

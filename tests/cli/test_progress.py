@@ -32,6 +32,7 @@ def test_a_terminal_sees_progress_and_a_pipe_does_not(
     "words",
     [
         ("ledger", "text-e1"),
+        ("coverage", "matrice350", "--hours", "1"),
         ("solve", "paper", "--hover-point", "free", "--set", "buildings=[]"),
     ],
 )

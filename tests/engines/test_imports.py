@@ -102,6 +102,7 @@ LIGHT = {
     "formulate": COMMAND.format(arguments=["formulate", "paper"]),
     "solve": COMMAND.format(arguments=["solve", "paper"]),
     "slots": COMMAND.format(arguments=["solve", "paper", "--slot-s", "60"]),
+    "return": COMMAND.format(arguments=["return", "paper"]),
 }
 
 
@@ -120,3 +121,9 @@ def test_nothing_heavy_is_loaded_before_an_engine_needs_it(engines: tuple[str, s
     assert dict(zip(LIGHT, light, strict=True)) == {name: set() for name in LIGHT}
     assert first & {"cvxpy", "casadi", "matplotlib"} == {engines[0]}
     assert both >= {*engines}
+
+
+def test_an_event_loads_one_solver() -> None:
+    """HiGHS for its linear programme, not all of scipy.optimize, which took as long as the rest."""
+    event = COMMAND.format(arguments=["coverage", "matrice350", "--hours", "2"])
+    assert loaded(event) == [{"highspy"}]

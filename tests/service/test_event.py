@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import highspy
 import numpy as np
 import pytest
 from hypothesis import given
@@ -121,6 +122,68 @@ def test_short_hovers_need_few_programmes(monkeypatch: pytest.MonkeyPatch) -> No
     event = optuav.coverage(paper.replace({"battery.capacity_As": 7200.0})).event(4)
     assert (event.drones, event.least_drones) == (16, 15)
     assert len(asked) <= 5
+
+
+STRAY = {"battery.available_fraction": 0.2, "battery.flow_rate_per_s": 5e-4}
+"""A battery whose available well binds: rosters by charge run dry."""
+
+
+@pytest.mark.parametrize("hours", [1, 2, 24])
+def test_the_ring_is_the_last_roster(hours: float) -> None:
+    """Five drones cover all days; an event of hours took seven, nine, or a hundred at least."""
+    coverage = optuav.coverage(optuav.load("matrice350").replace(STRAY))
+    assert coverage.fleet().drones == 5
+    for event in (coverage.event(hours), coverage.event(hours, 5)):
+        assert event.drones <= 5
+        assert event.replay().flyable
+
+
+ROOFS = [
+    {"name": "near", "position_m": [607.8, -239.4, 19.7], "footprint_m": [4.0, 4.0]},
+    {"name": "lit", "position_m": [119.2, -211.2, 7.5], "footprint_m": [4.0, 4.0]},
+]
+
+
+def test_the_fewest_drones_over_all_buildings() -> None:
+    """The best endless cycle rests near the laser, a short event near the hover point."""
+    ways: Any = {"flight.obstacles": "ignore", "flight.through_buildings": None}
+    mission = optuav.load("matrice350").replace({"buildings": ROOFS, **ways})
+    coverage = optuav.coverage(mission)
+    assert coverage.building == "lit"
+    alone = [
+        optuav.coverage(mission.replace({"buildings": [roof]})).event(0.5).drones for roof in ROOFS
+    ]
+    assert alone == [1, 2]
+    event = coverage.event(0.5)
+    assert (event.drones, event.least_drones, event.building) == (1, 1, "near")
+    assert event.replay().flyable
+    assert event.plans[0].building == "near"
+
+
+def test_progress_names_what_is_tried() -> None:
+    """Numbers in order, and the building of each roster."""
+    told = list[tuple[int, int | None, str]]()
+    optuav.coverage("matrice350").event(2, progress=lambda *step: told.append(step))
+    assert [done for done, _, _ in told] == [*range(len(told))]
+    assert told[-1][-1] == "3 drones on b4"
+
+
+def test_an_interrupt_ends_a_programme_of_many_hovers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solver runs beside the thread that Ctrl-C reaches, and is told to stop."""
+    stopped = list[bool]()
+
+    def interrupted(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("optuav.service.event.Thread.join", interrupted)
+    cancel = highspy.Highs.cancelSolve
+    monkeypatch.setattr(
+        highspy.Highs, "cancelSolve", lambda self: stopped.append(True) or cancel(self)
+    )
+    visit = random_visit(np.random.default_rng(1))
+    with pytest.raises(KeyboardInterrupt):
+        _programme(visit, 8, 2000 * visit.balanced_s, visit.balanced_s, 2400)
+    assert stopped
 
 
 def test_bad_input() -> None:

@@ -102,6 +102,60 @@ def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part:
         assert ring.places in ((used.max(), used.max() + 1) if near else (max(used.max(), 1),))
 
 
+@few(12)
+@given(st.floats(100, 3000), st.floats(1, 900), st.floats(10, 9000), st.floats(0.05, 3),
+       st.floats(0, 0.5))  # fmt: skip
+def test_beams_by_brute_force(h: float, T: float, r: float, share: float, part: float) -> None:
+    """Enough for all drones that hover or are on the ground at once, and never more than drones."""
+    cycle = optuav.coverage("paper")
+    facts = {**cycle.facts, "hover_s": h, "flight_s": T, "rest_s": r, "period_s": h + T + r}
+    fleet = replace(cycle, facts=facts).fleet(share, part * h)
+    every_s, drones = fleet.starts_every_s, fleet.drones
+    begun_s = every_s * np.arange(-3 * drones, drones)[:, None]
+    moment_s = every_s * (0.5 + np.arange(500)) / 500
+    out = (begun_s + 0.5 * T <= moment_s) & (moment_s < begun_s + 0.5 * T + h)
+    landed_s = begun_s + h + T
+    on_ground = (landed_s <= moment_s) & (moment_s < begun_s + drones * every_s)
+    assert (out | on_ground).sum(axis=0).max() <= fleet.beams <= drones
+
+
+def test_no_fleet_has_more_beams_than_drones() -> None:
+    """`size paper` at 50 %: six drones had seven beams."""
+    row = optuav.size_fleet("paper", None, 0.5).rows[0]
+    assert (row["drones"], row["beams"]) == (6, 6)
+
+
+@pytest.mark.parametrize(
+    ("share", "overlap_s", "wrong", "kind"),
+    [
+        (1.0, 30.0, {"beams": 4}, "beam"),
+        (1.0, 30.0, {"overlap_s": 60.0}, "overlap"),
+        (2.0, 30.0, {"overlap_s": 31.0}, "overlap"),
+        (0.4, 0.0, {"asked_share": 0.5, "longest_gap_s": 1e9}, "gap"),
+        (2.5, 0.0, {"asked_share": 2.6}, "share"),
+    ],
+)
+def test_the_judge_counts_beams_and_overlaps_and_trusts_no_stated_gap(
+    share: float, overlap_s: float, wrong: Any, kind: str
+) -> None:
+    """A fleet flies as it says; one that says more is found out."""
+    fleet = optuav.coverage("matrice350").fleet(share, overlap_s)
+    assert fleet.replay(2).flyable, fleet.replay(2).violations
+    kinds = {event.kind for event in replace(fleet, facts=fleet.facts | wrong).replay(2).violations}
+    assert kind in kinds
+
+
+@few(6)
+@given(st.floats(0.1, 3.0), st.floats(0.0, 0.5))
+def test_the_judge_agrees_with_every_ring(share: float, part: float) -> None:
+    """Any share and overlap: no fault, and the longest gap as stated."""
+    cycle = optuav.coverage("matrice350")
+    fleet = cycle.fleet(share, part * cycle.hover_s)
+    replay = fleet.replay(1)
+    assert replay.flyable, replay.violations
+    assert replay.longest_gap_s <= fleet.longest_gap_s + 0.1
+
+
 def test_known_pads() -> None:
     """`matrice350` with three drones: 619 W by charge, more than the pack accepts."""
     pads = optuav.coverage("matrice350", perspective="battery").watts(3)

@@ -4,13 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step
+from optuav.service.return_by import _moments
 from tests.examples import few
 
+WIND = {"wind.velocity_m_s": [12.0, 0.0, 0.0]}
 SHIPPED = ["paper", "paper-table2", "paper-drag", "matrice350", "relay-today"]
 
 
@@ -176,3 +179,106 @@ def test_what_has_no_last_moment_is_told() -> None:
     low = paper.replace({"start": {"available_As": 6000.0, "bound_As": 100.0}})
     assert optuav.return_by(low).rows[0]["latest_s"] is None
     assert "too late" in str(optuav.return_by(low))
+
+
+@few(40)
+@given(st.integers(0, 10**6))
+@example(44)
+def test_wells_far_from_level_by_many_moments(seed: int) -> None:
+    """Tried moment by moment: when leaving is in time, and a monitor only if it is at once.
+
+    The drone may have to wait until enough has flowed into its available well. A monitor told it
+    to leave at once, into a dry well.
+    """
+    rng = np.random.default_rng(seed)
+    B, ω = 10 ** rng.uniform(3, 5), rng.uniform(0.1, 0.95)
+    battery = Battery(B, ω, 10 ** rng.uniform(-6, -1.5))
+    begin = Wells(ω * B * rng.random() ** 2, (1 - ω) * B * rng.random())
+    hover_A = B / 10 ** rng.uniform(1.5, 4) * rng.choice([1, 1, 0, -1])
+    way = [
+        Stage(-B / 10 ** rng.uniform(1.7, 4), rng.uniform(0, 40)) for _ in range(rng.integers(1, 5))
+    ]
+    least_As = rng.choice([0.0, 0.05, 0.3]) * B
+    charge = Tilted.of(battery, begin)
+    _, _, earliest_s, latest_s, _, a, b, g_As = _moments(battery, charge, hover_A, way, least_As)
+    until_s = min(4 * B / abs(hover_A) if hover_A else 1e4, 5e5)
+    moments_s = np.concatenate([[0.0], np.geomspace(1e-7 * until_s, until_s, 2000)])
+    at = step(battery, begin, Stage(-hover_A, moments_s))
+    holds = at.available_As >= -1e-9 * B
+    for stage in way:
+        at = step(battery, at, stage)
+        holds = holds & (at.available_As >= -1e-9 * B)
+    holds = holds & (at.total_As >= least_As - 1e-9 * B)
+    if not holds.any():
+        assert latest_s is None or latest_s - earliest_s < 0.02 * until_s or latest_s > until_s
+        return
+    first = int(holds.argmax())
+    last = first + int((~holds[first:]).argmax()) if not holds[first:].all() else len(moments_s)
+    assert moments_s[max(first - 1, 0)] - 1e-6 <= earliest_s <= moments_s[first] + 1e-6
+    assert latest_s >= moments_s[last - 1] * (1 - 1e-6)
+    assert latest_s <= (moments_s[last] * (1 + 1e-6) if last < len(moments_s) else math.inf)
+    assert (a is None) == (b is None) == (g_As is None) == (earliest_s > 0.0)
+
+
+def test_no_monitor_says_leave_into_a_dry_well() -> None:
+    """The bound well first has to refill the available one: the judge flies three moments."""
+    low = {"start": {"available_As": 600.0, "bound_As": 4200.0}, "limits.min_soc": 0.0}
+    relay = optuav.load("relay-today").replace({"battery.flow_rate_per_s": 5e-4, **low, **WIND})
+    times = optuav.return_by(relay)
+    row = times.rows[0]
+    assert row["earliest_s"] > 5.0
+    for hover_s, holds in (
+        (row["earliest_s"] - 1.0, False),
+        (row["earliest_s"] + 1.0, True),
+        (row["latest_s"] - 1.0, True),
+        (row["latest_s"] + 1.0, False),
+    ):
+        flight = optuav.Itinerary(relay, optuav.Stop("hover", "hover", hover_s))
+        assert (optuav.replay(flight).first_s("empty") is None) is holds
+    assert row["a"] is row["b"] is row["g_As"] is None
+    assert f"destination: not before {row['earliest_s']:.3f} s" in str(times)
+    assert times.plot()
+    assert optuav.return_by("paper").rows[0]["earliest_s"] == 0.0
+
+
+def test_what_counts_on_the_wind_says_what_calm_air_gives() -> None:
+    """Hovering takes less in wind: all answers say so, with those of the mission without it."""
+    calm = optuav.load("relay-today")
+    windy = calm.replace(WIND)
+    cycle, other = optuav.coverage(windy), optuav.coverage(calm)
+    pairs = [
+        (optuav.return_by(windy).calm_latest_s, optuav.return_by(calm).latest_s),
+        (cycle.calm_share, other.share),
+        (cycle.event(4).calm_drones, other.event(4).drones),
+        (cycle.fleet(2.0).calm_drones, other.fleet(2.0).drones),
+        (cycle.horizon(8).calm_hover_s, other.horizon(8).hover_s),
+    ]
+    assert all(told == pytest.approx(gives) for told, gives in pairs)
+    plan = optuav.solve(windy)
+    words = f"the plan in calm air hovers {optuav.solve(calm).hover_time_s:.2f} s"
+    assert f"this holds while the wind blows; {words}" in plan.notes
+    assert str(other.watts(3)) in str(cycle.watts(3))
+    told = [optuav.return_by(windy), cycle, cycle.event(4), cycle.fleet(), cycle.horizon(8)]
+    told += [optuav.size_fleet(windy), optuav.robust(windy, {"drain": {"percent": 5}}, samples=9)]
+    assert all("while the wind blows" in " ".join(str(each).split()) for each in told)
+    robust = optuav.robust(windy, {"wind.velocity_m_s[0]": {"low": 0, "high": 12}}, samples=9)
+    assert "while the wind blows" not in " ".join(str(robust).split())
+
+
+def test_what_does_not_count_on_the_wind_says_nothing() -> None:
+    """Without wind, and where rotors draw more to hold the drone against its force."""
+    for mission in ("relay-today", optuav.load("paper").replace({"wind.force_N": [2.0, 0.0, 0.0]})):
+        times, cycle = optuav.return_by(mission), optuav.coverage(mission)
+        assert times.calm_latest_s is times.in_calm_air is cycle.calm_share is None
+        assert "wind blows" not in f"{times}{cycle}{cycle.event(0.2)}{optuav.solve(mission)}"
+
+
+def test_no_answer_in_calm_air_is_told() -> None:
+    """A battery so small that in calm air the legs alone take too much."""
+    wind = {"wind.velocity_m_s": [0.0, 8.0, 0.0]}
+    cycle = optuav.coverage(
+        optuav.load("relay-today").replace({"battery.capacity_As": 408, **wind})
+    )
+    assert cycle.calm_share is None
+    assert "no building allows" in str(cycle)
+    assert "no building allows" in str(cycle.fleet(0.01))

@@ -192,6 +192,53 @@ def test_a_range_without_the_mission_s_number_is_told() -> None:
         optuav.robust("paper", {"battery.capacity_As": {"low": 100, "high": 200}}, samples=500)
 
 
+def test_positions_and_rates_of_wells_are_uncertain_together() -> None:
+    """Points where the laser is nearest level out at rates of their own: a raw ValueError before.
+
+    The plan is flown again with the other ends of the rates, through the judge.
+    """
+    keys = ("battery.flow_rate_per_s", "laser.position_m[0]", "charge")
+    box = {key: {"percent": 40} for key in keys}
+    found = optuav.robust("paper-table2", box, samples=500)
+    assert found.flyable == 1.0
+    assert found.price_s > 0.0
+    times_s = {"hover": ("hover", found.hover_s)}
+    order = [(at, *times_s.get(at, ("rest", found.rest_s))) for at in found.route[1:-1]]
+    mission, keys = optuav.load("paper-table2"), ("battery.flow_rate_per_s", "laser.position_m")
+    hover_m = list(optuav.graph(mission).nodes["hover"]["position_m"])
+    flow_per_s, (_, *laser_m) = mission.battery.flow_rate_per_s, mission.laser.position_m
+    for flow, x in itertools.product((0.6, 1.4), (600.0, 1000.0, 1400.0)):
+        moved = dict(zip(keys, (flow * flow_per_s, [x, *laser_m]), strict=True))
+        flight = optuav.Itinerary(
+            mission.replace({**moved, "route.hover_m": hover_m}),
+            [optuav.Stop(*stop) for stop in order],
+        )
+        assert optuav.replay(flight).flyable
+
+
+def test_a_chance_keeps_the_mission_s_own_numbers() -> None:
+    """Shrunk about the middle, the box had left 36 000 A s out: 10.8 s of hover not to be flown."""
+    box = {"battery.capacity_As": {"low": 36_000.0, "high": 42_000.0}}
+    found = optuav.robust("paper", box, chance=0.9, samples=500)
+    assert found.price_s == pytest.approx(0.0, abs=1e-3)
+    assert found.plan.flyable
+    assert not found.outside
+    beside = {"battery.capacity_As": {"low": 37_000.0, "high": 42_000.0}}
+    told = str(optuav.robust("paper", beside, chance=0.9, samples=500))
+    assert "is not in 37000 to 42000" in told
+    assert "range shrinks about its middle" in " ".join(told.split())
+
+
+def test_the_mission_s_own_numbers_are_a_point_of_every_box() -> None:
+    """Neither an end nor the middle of their ranges: the plan can be flown as the mission is."""
+    spread = {"battery.flow_rate_per_s": {"low": 4.4e-5, "high": 9e-5}}
+    spread |= {"laser.position_m[0]": {"low": 990.0, "high": 1100.0}}
+    for chance in (None, 0.8):
+        found = optuav.robust("paper-table2", spread, chance=chance, samples=300)
+        assert found.plan.flyable
+        assert found.price_s >= -1e-6
+
+
 def test_an_altitude_that_is_not_allowed_everywhere_holds_no_plan() -> None:
     """The hover at 50 m is below what some points of the box allow."""
     box = {"limits.min_altitude_m": {"low": 40.0, "high": 90.0}}

@@ -55,7 +55,8 @@ def ring_cost(cycle: optuav.Coverage, share: float, overlap_s: float, prices: An
     places = max(math.ceil(stay_s / every_s - 1e-7), 1)
     cost = float(drones * (prices["drone"] + prices["battery_set"]))
     if cycle.charged_by == "laser":
-        return cost + prices["laser"] * (places + cycle.lit_hover * math.ceil(share - 1e-9))
+        at_once = cycle.lit_hover * math.ceil(cycle.hover_s / every_s - 1e-7)
+        return cost + prices["laser"] * min(places + at_once, drones)  # A beam lights one drone
     if cycle.charged_by == "pad":
         return cost + prices["pad"] * places
     drawn_As = (cycle.soc_at_departure - cycle.soc_at_landing) * cycle.mission.battery.packs
