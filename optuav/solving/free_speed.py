@@ -109,14 +109,17 @@ class FreeSpeedProgram(Program):
         """The best plan that a search finds."""
         limit_s, perspective = self.question.time_limit_s, self.question.perspective
         search = SpeedSearch(self.speeds, routes, limit_s, perspective)
-        top, most_s = search.top(), float(search.bounds_s.max())
+        tops, most_s = search.tops(), float(search.bounds_s.max())
+        if self.network.mission.battery.charging == "taper":  # It was searched without
+            searched = {top.branch for top in tops}
+            tops += [trial for trial in search.tried if trial.branch in searched]
+        else:
+            tops = [max(tops, key=lambda top: top.value)] if tops else []
         plans = []
-        if top.value >= 0.0:
-            route_search, points = search.of_route(top.branch), [top.at]
-            if self.network.mission.battery.charging == "taper":  # It was searched without
-                points += [trial.at for trial in search.tried if trial.branch == top.branch]
+        for top in (top for top in tops if top.value >= 0.0):
+            route = search.of_route(top.branch)
             real = RouteSpeeds(self.speeds.only(top.branch))
-            plans = [self._at(real.at(at * route_search.largest_m_s)) for at in points]
+            plans.append(self._at(real.at(top.at * route.largest_m_s)))
         plan = max(filter(None, plans), key=lambda each: each.hover_time_s, default=None)
         if plan is not None:
             limited = Status.FEASIBLE if search.ended else Status.LOCALLY_OPTIMAL

@@ -23,7 +23,7 @@ from optuav.network.variants import stacked
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage, falls_throughout
-from optuav.physics.quantity import Vector
+from optuav.physics.quantity import Quantity, Vector
 from optuav.solving.assemble import entries, figures, legs_and_stays, quantities, turned
 from optuav.solving.balance import (
     Balance,
@@ -39,7 +39,6 @@ from optuav.status import SAME_S
 ROUNDS, PARTS = 13, 16  # A price is known to one part in 16¹³
 RULES = ("best-range", "best-endurance", "max")
 LENGTHS, SLOWEST = Lengths(0.1, 0.01, 1e-8), 1e-6  # Shares of the largest speed of a segment
-PROMISING_S, MOST_ROUTES = 2.0, 4  # Routes that are searched: not worse than the best by more [s]
 
 
 class LegSpeeds:
@@ -199,7 +198,17 @@ def hover_bounds_at_any_speed_s(speeds: LegSpeeds) -> Floats:
     hover_A = vehicle.hover_load(mission).current_A - fastest.places.charge_current_A[HOVER]
     tilted = hover_A < 0.0 or vehicle.start(mission).tilt_As > 0.0
     perspective = AVAILABLE if falls and not tilted else "battery"
-    return hover_bounds_s(stacked(replace(best, routes=routes)), perspective)[:, 0]
+    bounds_s = hover_bounds_s(stacked(replace(best, routes=routes)), perspective)[:, 0]
+    return np.minimum(bounds_s, _bounds_from_full_s(best, hover_A)) if hover_A > 0.0 else bounds_s
+
+
+def _bounds_from_full_s(network: Network, hover_A: Quantity) -> Floats:
+    """Upper bounds of Δ by route [s]: a rest before the hover leaves no more than all charge."""
+    limits, routes = network.mission.limits, network.routes
+    flown_As = np.append(network.legs.charge_As, 0.0)[routes.legs[:, 1:]].sum(axis=1)  # 0: NO_LEG
+    stored_As = vehicle.pool(network.mission).capacity_As * (1.0 - limits.min_soc)
+    most_s = (stored_As - flown_As) / hover_A
+    return np.where(routes.rest_first, np.where(most_s >= 0.0, most_s, -np.inf), np.inf)
 
 
 class SpeedSearch:
@@ -241,21 +250,23 @@ class SpeedSearch:
             starts += [Point(each, route, at) for each, at in zip(hover_s, points, strict=True)]
         return [point for point in starts if point.value >= 0.0]
 
-    def top(self) -> Point:
-        """The best speeds found, as shares of the largest; the value is −∞ without any."""
+    def tops(self) -> list[Point]:
+        """The best speeds found of each route that may be the best, as shares of the largest.
+
+        A route is left out only where its bound is no better than the best speeds of others.
+        """
+        tops, bound_s = list[Point](), dict(zip(self.routes.tolist(), self.bounds_s, strict=True))
         try:
-            self.tried = starts = self.starts()
-            best_s = dict[int, float]()
-            for start in starts:
-                best_s[start.branch] = max(start.value, best_s.get(start.branch, 0.0))
-            able = sorted(best_s, key=best_s.__getitem__, reverse=True)[:MOST_ROUTES]
-            able = [k for k in able if best_s[k] >= self.best.value - PROMISING_S]
-            starts = [start for start in starts if start.branch in able]
-            if starts:
-                maximise(starts, self._tried, LENGTHS, _inside)
+            self.tried = self.starts()
+            by_value = sorted(self.tried, key=lambda start: start.value, reverse=True)
+            for route in dict.fromkeys(start.branch for start in by_value):
+                starts = [start for start in self.tried if start.branch == route]
+                if not tops or bound_s[route] > self.best.value + SAME_S:
+                    tops.append(maximise(starts, self._tried, LENGTHS, _inside))
         except TimeoutError:
             self.ended = True
-        return self.best
+            tops.append(self.best)
+        return tops
 
     def _tried(self, route: int, points: Floats, least_s: float) -> Floats:
         """The longest hovers at points (point, segment) of a route [s], −∞ for none."""
