@@ -57,10 +57,10 @@ def vertical_unit(crs: pyproj.CRS) -> tuple[float, str]:
     return (up[0].unit_conversion_factor, up[0].unit_name) if up else (1.0, "metre")
 
 
-def remarks_on(frame: Any, known: pd.DataFrame) -> Iterator[str]:
+def remarks_on(frame: Any, known: pd.DataFrame, factor: float | None) -> Iterator[str]:
     """Yield sentences on the unit of solids, and on values that cannot be read."""
     unit_m, unit = vertical_unit(frame.crs)
-    if SOLID in frame and unit_m != 1.0:
+    if SOLID in frame and factor is None and unit_m != 1.0:
         yield f"heights of solids are in {unit}, of {unit_m:.6g} m, by the reference system"
     quoted = dict.fromkeys(zip(known["of"], known["unread"], strict=True))
     if texts_unread := [f"{name} = {value}" for name, value in quoted if name]:

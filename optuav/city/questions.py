@@ -42,10 +42,7 @@ UNLIKE = re.compile(
 READ = {*itertools.chain.from_iterable(map(spellings, MORE_TAGS))}
 IN_FEET = re.compile(r"(?<![A-Za-z])(?i:ft|feet|foot)(?![A-Za-z])|[a-z](?:Ft|Feet|Foot)(?![a-z])")
 STATES = r"\W*[0-9.,]*[1-9]"  # Start of a text that is a number other than 0
-WORDS = {
-    "height": f"{ROOF.words}, or a text such as 12 m, 40 ft or 11'4\"",
-    "levels": STOREYS.words,
-}
+HEIGHT_WORDS = f"{ROOF.words}, or a text such as 12 m, 40 ft or 11'4\""
 
 
 def nowhere(file: Path, frame: Any, names: Mapping[str, str]) -> Iterator[Fault]:
@@ -118,9 +115,13 @@ def unknown_heights(
     words = f"of {counted(len(known), 'building')} without a height; state default_height_m"
     yield Fault("", "", f"{len(unknown)} {words}", label(file))
     for number, value, name in zip(unknown.index, unknown["unread"], unknown["of"], strict=True):
-        words = WORDS["levels" if name == names["levels"] else "height"]
+        words = HEIGHT_WORDS if name else "no height"
+        if name in MORE_TAGS:
+            words = "must be below the roof"
+        elif name == names["levels"]:
+            words = STOREYS.words
         part = "" if name in ("", names["height"]) else f", {name}"
-        yield Fault(f"feature {number}{part}", value, words if name else "no height")
+        yield Fault(f"feature {number}{part}", value, words)
 
 
 def _others(frame: Any, name: str) -> str:

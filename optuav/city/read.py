@@ -148,7 +148,7 @@ def read(
     town = town.assign(assumed=unknown, roof_m=town["roof_m"].fillna(default_height_m or 0.0))
     gone = {"by_parts": by_parts, "higher_outlines": too_high}
     gone |= {"underground": frame.index[buried], "not_built": not_built, "left_out": left_out}
-    remarks = (*remarks, *remarks_on(frame, town))
+    remarks = (*remarks, *remarks_on(frame, town, height_factor))
     origin = _origin(file, town, origin)
     return _city(file, town, origin, gone, remarks)
 

@@ -17,8 +17,9 @@ from optuav.physics.quantity import TINY, Quantity
 FEW = 32  # So many footprints are all tried on every line
 MOST_PAIRS = 1 << 13
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
-MANY = 5_000
-"""So many lines from one place, past as many footprints, are surveyed before they are followed."""
+MANY, LEAST = 300, 0.2
+"""So many lines from one place are surveyed before they are followed, if they are at least such a
+share of the footprints."""
 CLEAR = -1  # In place of the number of a building, for none
 
 Lines: TypeAlias = Sequence[npt.NDArray[Any]]
@@ -45,11 +46,11 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
             blocker[line] = obstacles.building[footprint]
         return blocker
     left = np.ones(len(blocker), bool)
-    if min(len(blocker), count) >= MANY:
+    if len(blocker) >= (many := max(MANY, LEAST * count)):
         # Lines in a row that start in one place.
         other = np.flatnonzero((start_m[1:] != start_m[:-1]).any(axis=1)) + 1
         first, last = np.append(0, other), np.append(other, len(blocker))
-        for row in map(slice, *(ends[last - first >= MANY].tolist() for ends in (first, last))):
+        for row in map(slice, *(ends[last - first >= many].tolist() for ends in (first, last))):
             rows = [columns[:, row] for columns in lines]
             blocker[row] = _surveyed(obstacles, start_m[row.start], end_m[row], rows)
             left[row] = False
@@ -232,32 +233,51 @@ def clear_lines(
     """Test whether lines between places cross no building (variant, line); False without an end.
 
     Lines (line, 2) join places (variant, place, 3) [m]; `exempt` ([variant,] line, k) do not block
-    them.
+    them, and are the same for the same ends.
     """
     known = np.asarray(np.isfinite(position_m).all(axis=2))
     free = np.asarray(known[:, lines].all(axis=2))
     if not len(obstacles.building):
         return free
-    low_m, high_m = (extreme.reduce(position_m, axis=0)[lines] for extreme in (np.fmin, np.fmax))
-    moves = (low_m != high_m).any(axis=(1, 2))
-    for k in np.flatnonzero(moves).tolist():
-        # In no variant is it farther from the middle one than its ends may be.
-        middle_m, reach_m = 0.5 * (low_m + high_m)[k], 0.5 * (high_m - low_m)[k].max(axis=0)
-        start_m, end_m = middle_m[np.argsort(middle_m[:, 2])]
-        wider_m = reach_m[:2, None]
-        boxes = obstacles.low_m - wider_m, obstacles.high_m + wider_m, obstacles.roof_m + reach_m[2]
-        enter, leave = _stretch(start_m[:, None], (end_m - start_m)[:, None], *boxes)
-        met = enter <= leave
-        if exempt.ndim == 2:
-            met &= ~np.isin(obstacles.building, exempt[k])
-        moves[k] = met.any()
-    variants, first = np.arange(len(position_m))[:, None], free.argmax(axis=0)
-    # A line that is the same in all variants is tried once, and so is one that is always clear: in
-    # the first variant that has both ends.
-    variant, line = np.nonzero(free & (moves | (variants == first)))
+    low_m, high_m = (extreme.reduce(position_m, axis=0) for extreme in (np.fmin, np.fmax))
+    moves = (low_m != high_m).any(axis=1)
+    (moving,) = np.nonzero(moves[lines].any(axis=1))
+    if len(position_m) > len(obstacles.building):  # Else single lines are tried sooner than boxes
+        roofs = exempt if exempt.ndim == 2 else np.full((len(lines), 1), CLEAR)
+        ways = zip(low_m[lines[moving]], high_m[lines[moving]], roofs[moving], strict=True)
+        moving = moving[[_box_meets(obstacles, *way) for way in ways]]
+    # Each line is tried in the first variant with the same ends. One that is the same in all
+    # variants, or clear in all, is tried in the first that has both.
+    tried = np.tile(free.argmax(axis=0), (len(free), 1))
+    pairs = np.where(moves[lines[moving]], lines[moving], CLEAR)
+    for pair in {*map(tuple, pairs.tolist())}:
+        ends_m = position_m[:, [end for end in pair if end != CLEAR]]
+        alike = _first_alike(ends_m.reshape(len(free), -1))
+        tried[:, moving[(pairs == pair).all(axis=1)]] = alike[:, None]
+    variant, line = np.nonzero(free & (tried == np.arange(len(free))[:, None]))
     start_m, end_m = np.moveaxis(position_m[variant[:, None], lines[line]], 1, 0)
     blocked = np.zeros_like(free)
     exempt_of_line = exempt[line] if exempt.ndim == 2 else exempt[variant, line]
     blocked[variant, line] = crossed(obstacles, start_m, end_m, exempt_of_line) != CLEAR
-    free &= ~np.where(moves, blocked, blocked[first, np.arange(len(lines))])
+    free &= ~blocked[tried, np.arange(len(lines))]
     return free
+
+
+def _box_meets(obstacles: Prisms, low_m: Floats, high_m: Floats, exempt: Integers) -> bool:
+    """Whether a line may cross a building, wherever its ends are in boxes (end, 3) [m]."""
+    # In no variant is it farther from the middle one than its ends may be.
+    middle_m, reach_m = 0.5 * (low_m + high_m), 0.5 * (high_m - low_m).max(axis=0)
+    start_m, end_m = middle_m[np.argsort(middle_m[:, 2])]
+    wider_m = reach_m[:2, None]
+    boxes = obstacles.low_m - wider_m, obstacles.high_m + wider_m, obstacles.roof_m + reach_m[2]
+    enter, leave = _stretch(start_m[:, None], (end_m - start_m)[:, None], *boxes)
+    return not np.isin(obstacles.building[enter <= leave], exempt).all()
+
+
+def _first_alike(rows: Floats) -> Integers:
+    """The number of the first row that is equal to each of the rows."""
+    order = np.lexsort(rows.T)
+    new = np.append(True, (rows[order[1:]] != rows[order[:-1]]).any(axis=1))
+    first = np.empty_like(order)
+    first[order] = order[new][np.cumsum(new) - 1]
+    return first

@@ -159,6 +159,7 @@ def test_a_roof_is_not_below_the_lowest_floor(tmp_path: Path) -> None:
     assert city.position_m[:, 2].tolist() == [30.0, 5.0]
     assert (city.from_ground, city.unread) == (("b0", "b1"), ("b1",))
     assert "min_height = 24" in "\n".join(city.notes())
+    assert refusal(tmp_path, *rows)[1] == "feature 1, min_height = 24: must be below the roof"
     storeys = town(tmp_path, {"building:levels": 2, "building:min_level": 4}, default_height_m=5.0)
     assert storeys.unread == ("b0",)
 

@@ -503,3 +503,51 @@ def test_a_line_that_the_first_variant_lacks_is_judged_in_the_next() -> None:
     place_m[0, 1] = np.nan
     free = clear_lines(obstacles, place_m, np.array([[0, 1]]), np.array([[-1]]))
     assert not free.any()
+
+
+@given(st.data())
+def test_lines_in_many_variants_are_judged_as_one_by_one(data: st.DataObject) -> None:
+    """In random towns of fewer and of more buildings than variants; ends recur or are not known."""
+    draw = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    buildings, variants = data.draw(st.integers(1, 60)), data.draw(st.integers(1, 30))
+    tops_m = draw.uniform([0, 0, 10], [200, 200, 60], (buildings, 3)).tolist()
+    sides_m = draw.uniform(2, 30, (buildings, 2)).tolist()
+    obstacles = prisms(town(*zip(map(tuple, sides_m), map(tuple, tops_m), strict=True)).buildings)
+    place_m = draw.uniform([0, 0, 0], [200, 200, 80], (5, 3))
+    position_m = np.tile(place_m, (variants, 1, 1))
+    spread_m = data.draw(st.sampled_from([1.0, 100.0]))
+    for moved in range(data.draw(st.integers(0, 3))):
+        few_m = place_m[moved] + draw.uniform(-spread_m, spread_m, (3, 3)) * [1.0, 1.0, 0.1]
+        few_m[2] = data.draw(st.sampled_from([few_m[2].tolist(), [math.nan] * 3]))
+        position_m[:, moved] = few_m[draw.integers(0, 3, variants)]
+    lines = np.array([*itertools.combinations(range(5), 2)])
+    exempt = draw.integers(CLEAR, buildings, (len(lines), 2))
+    free = clear_lines(obstacles, position_m, lines, exempt)
+    alike = clear_lines(obstacles, position_m, lines, np.tile(exempt, (variants, 1, 1)))
+    assert np.array_equal(free, alike)
+    for places_m, row in zip(position_m, free, strict=True):
+        known = np.isfinite(places_m[lines]).all(axis=(1, 2))
+        start_m, end_m = np.moveaxis(places_m[lines[known]], 1, 0)
+        assert not row[~known].any()
+        assert np.array_equal(
+            row[known], crossed(obstacles, start_m, end_m, exempt[known]) == CLEAR
+        )
+
+
+def test_the_same_line_is_tried_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lamp at three places and a hover point at two: of 12 variants by 3 lines 3 + 2 + 6."""
+    walls = [((4.0, 40.0), (50.0 + 10.0 * k, 0.0, 30.0)) for k in range(20)]
+    obstacles, tried = prisms(town(*walls).buildings), list[int]()
+    place_m = np.tile([[0.0, 0.0, 10.0], [90.0, 60.0, 50.0], [300.0, 0.0, 20.0]], (12, 1, 1))
+    place_m[:, 0, 1] += np.arange(12) % 3
+    place_m[:, 1, 0] += np.arange(12) // 3 % 2
+
+    def counted(*each: object) -> object:
+        tried.append(len(each[1]))  # type: ignore[arg-type]
+        return crossed(*each)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(sight, "crossed", counted)
+    lines = np.array([[0, 2], [1, 2], [0, 1]])
+    free = clear_lines(obstacles, place_m, lines, np.full((3, 1), CLEAR))
+    assert tried == [11]
+    assert np.array_equal(free[:6], free[6:])
