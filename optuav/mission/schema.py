@@ -277,10 +277,9 @@ class Limits(MissionSection):
     deadline_s: Annotated[float, Number("s", gt=0, le=1e7)]
     """Longest mission T_max [s]."""
     min_soc: Annotated[float, Number("-", ge=0, lt=1)]
-    """State of charge η0 that must be left [-]; `keep_soc` says when."""
+    """State of charge η0 that must be left at the end [-], or always, see `keep_soc`."""
     keep_soc: Annotated[KeepSoc, _KEEP_SOC] = "end"
-    """When η0 must be left: ``"end"``, at the end of the mission as the paper has it, or
-    ``"always"``, at every landing and on arrival at the hover point as well."""
+    """When η0 must be left: "end", as in the paper, or "always", at the end of every leg."""
     slot_s: Slot = 1.0
     """Length of a time slot of the grid [s]."""
     outage_probability: Annotated[float, Number("-", ge=1e-12, lt=1)]

@@ -27,8 +27,8 @@ class Event:
         Of a violation ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``,
         ``"altitude"``, ``"coverage"``, ``"building"``, ``"clearance"``, ``"speed"``, ``"ends"``,
         ``"no roof"``, ``"impossible"``, ``"mismatch"`` or ``"no plan"``; of other events
-        ``"no sight"``, ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"unknown"`` (buildings of a
-        table that is not here), ``"pack empty"`` or ``"pack full"``.
+        ``"no sight"``, ``"below reserve"``, ``"peak speed"``, ``"no drag"``, ``"stated"``,
+        ``"unknown"`` (buildings of a table that is not here), ``"pack empty"`` or ``"pack full"``.
     time_s, words
         Moment, counted from take-off [s], and what happens, for a person.
     value, limit, unit, value_s
