@@ -18,6 +18,7 @@ from typing import Any, TextIO
 MOST_SHOWN = 20  # Faults that a message lists one by one
 LONGEST_TEXT = 60  # Most characters of a value, and of a name with suggestions
 LEAST_COLUMNS = 60  # Fewest columns of a legible table
+ADDRESS = re.compile(r"x[0-9a-f]{6,}>")
 LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
 PLAIN = {
     **{"→": "->", "−": "-", "–": "-", "·": "*", "×": "x", "…": "...", "∞": "inf", "√": "sqrt"},
@@ -121,7 +122,8 @@ def shown(value: object, depth: int = 2) -> str:
         case _:
             with suppress(ValueError):  # of a number of too many digits inside
                 text = reprlib.repr(value)
-                if text.isprintable() and not text.startswith("<"):  # No table of many lines
+                # No table of many lines, and no address, which differs from run to run
+                if text.isprintable() and not text.startswith("<") and not ADDRESS.search(text):
                     return text
             return f"a {type(value).__name__}"
 

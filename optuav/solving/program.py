@@ -1,7 +1,6 @@
 """A program: the declared models of a question, to be printed, checked, solved and compiled."""
 
 import math
-import reprlib
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -548,7 +547,7 @@ class CompiledProgram:
             If the engine fails, or meets numbers that it cannot use.
         """
         objections = ((n, v, self._objection(n, v)) for n, v in values.items())
-        if faults := [Fault(n, reprlib.repr(v), words) for n, v, words in objections if words]:
+        if faults := [Fault(n, shown(v), words) for n, v, words in objections if words]:
             raise InputError(faults)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
         solutions = list[Solution]()

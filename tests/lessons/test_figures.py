@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import itertools
 import math
 import sys
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -29,7 +31,7 @@ def ran(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> Any:
+) -> Iterator[Any]:
     """The names of the lesson that a test is called after, as they are before its exercises.
 
     It runs in a folder of its own, in which it leaves nothing behind, and on a console without
@@ -49,7 +51,12 @@ def ran(
         exec(code, names)
     assert capsys.readouterr().err == ""
     assert list(tmp_path.iterdir()) == []
-    return SimpleNamespace(**names)
+    found = SimpleNamespace(**names)
+    yield found
+    # Functions of a lesson hold its names, pictures among them, until the garbage is collected.
+    vars(found).clear()
+    names.clear()
+    gc.collect()
 
 
 def near(value: float, expected: float, digits: int) -> bool:

@@ -233,6 +233,13 @@ def test_a_batch_of_storms_says_what_solve_says(speed: dict[str, Any]) -> None:
         assert any("the wind blows" in why for why in plan.reasons) == windy
 
 
+def test_no_plan_is_robust_against_winds_faster_than_the_cap() -> None:
+    """The box of winds reaches beyond 23 m/s, where nothing flies."""
+    gale = STORMY.replace({"wind.velocity_m_s": [20.0, 0.0, 0.0], "buildings": []})
+    with pytest.raises(optuav.NoPlanError, match="no plan that holds in the whole box"):
+        optuav.robust(gale, {"wind.velocity_m_s[0]": {"low": 15.0, "high": 25.0}})
+
+
 def test_a_map_in_a_storm_is_empty() -> None:
     """A map asks as a batch does."""
     pytest.importorskip("xarray")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+from collections import deque
 from pathlib import Path
 
 import pytest
@@ -266,6 +267,12 @@ def test_a_number_of_too_many_digits_is_refused_in_our_words(scratch: Path) -> N
     assert found.endswith("is not TOML: a whole number has more than 4300 digits")
     with pytest.raises(InputError, match=r"limits\.deadline_s = a set: a number"):
         load("paper").replace({"limits.deadline_s": {10**5000}})
+    for address in ({object()}, deque([object()])):
+        assert " at 0x" in repr(address)
+        with pytest.raises(
+            InputError, match=rf"limits\.deadline_s = a {type(address).__name__}: a n"
+        ):
+            load("paper").replace({"limits.deadline_s": address})
 
 
 def test_a_very_long_path_is_quoted_by_its_end() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 from collections.abc import Callable, Iterator
 
@@ -16,6 +17,15 @@ import optuav  # noqa: E402
 
 TOUCHING = 0.5
 """Overlap that nobody sees [px]."""
+TESTS = itertools.count(1)
+
+
+@pytest.fixture(autouse=True)
+def pictures_are_thrown_away() -> Iterator[None]:
+    """Free their memory now and then: of few objects but many megabytes, it would pile up."""
+    yield
+    if next(TESTS) % 8 == 0:
+        gc.collect()
 
 
 @pytest.fixture(scope="session")

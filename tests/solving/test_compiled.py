@@ -135,7 +135,7 @@ def test_figures_of_every_itinerary_may_change() -> None:
         ({"deadline_s": math.inf}, "deadline_s = inf: a finite number"),
         ({"deadline_s": "900"}, "deadline_s = '900': a finite number"),
         ({"deadline_s": None}, "deadline_s = None: a finite number"),
-        ({"deadline_s": True}, "deadline_s = True: a finite number"),
+        ({"deadline_s": True}, "deadline_s = true: a finite number"),
         ({"deadline_s": [1.0, 2.0, 3.0]}, "a finite number"),
         ({"deadline_s": [[900.0]]}, "a finite number"),
         ({"deadline_s": []}, "a finite number"),
@@ -287,3 +287,15 @@ def test_a_compiled_program_goes_to_another_process() -> None:
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         found = pool.submit(compiled.solve, deadline_s=700.0).result()
     assert found.point(0) == compiled.solve(deadline_s=700.0).point(0)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(10**5000, "an integer of 16610 bits"), ({10**5000}, "a set"), (object(), "a object")],
+    ids=["large", "large in a set", "object"],
+)
+def test_a_value_without_a_text_of_its_own_is_refused_in_words(value: object, words: str) -> None:
+    """Python has no digits for a number so large, and an address differs from run to run."""
+    compiled: Any = formulate("paper", "P3", perspective="battery").compile()
+    with pytest.raises(InputError, match=f"^deadline_s = {words}: a finite number$"):
+        compiled.solve(deadline_s=value)
