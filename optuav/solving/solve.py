@@ -151,7 +151,7 @@ def solve(
         if program and (program.parts or impossibilities(program.network, one_stop=False)):
             plan = program.solve()
     if plan is None or program is None:
-        program = _program(known, graph, *options)
+        program = _program(known, graph, *options, declared=False)
         if program.question.several:
             from optuav.solving.several_stops import several_stops
 
@@ -164,8 +164,13 @@ def solve(
     return plan
 
 
-def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -> Program:
-    """Declare the problem, with one rest and one hover if it allows several."""
+def _program(
+    mission: Mission | str | Path, graph: Graph | None, *stated: Any, declared: bool = True
+) -> Program:
+    """Declare the problem, with one rest and one hover if it allows several.
+
+    A free hover point is searched for without a declaration.
+    """
     known = load(mission)
     question = checked_question(known, *stated)
     if not question.speed_free and question.p1.hover_point == "w_U":
@@ -178,5 +183,6 @@ def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -
         raise InputError([Fault("graph", shown(graph), f"no graph goes with {why}")])
     from optuav.solving import free_hover, free_speed
 
-    free = free_speed.free_program if question.speed_free else free_hover.free_program
-    return free(question, known)
+    if question.speed_free:
+        return free_speed.free_program(question, known)
+    return free_hover.free_program(question, known, declared=declared)
