@@ -237,16 +237,16 @@ def _explained(
 
     A program that is known has been solved; then steps without a price are not solved again.
     """
-    brief = program is not None
-    program, solutions = program or question.program(), None
-    if question.stated.perspective == AVAILABLE and question.mission.battery.takes_turns:
-        return Explanation(plan or program.solve(), notes=(TURNS,))
+    brief, turns = program is not None, question.mission.battery.takes_turns
+    if turns and question.stated.perspective == AVAILABLE:
+        return Explanation(plan or question.solve(), notes=(TURNS,))
     if question.stated.p1.hover_point == "free":
-        plan = plan or program.solve()
+        plan = plan or question.solve()
         at_w_u = question.about(replace(question.stated.p1, hover_point="w_U"))
         explained = _explained(question_of(plan) if plan else at_w_u, plan or None)
         note = HELD if plan else NOWHERE
         return replace(explained, plan=plan, notes=(note, *explained.notes))
+    program, solutions = program or question.program(), None
     if isinstance(program, FreeSpeedProgram):
         plan = plan or program.solve()
         if not plan:

@@ -28,7 +28,8 @@ from optuav.modelling.forms import NotExponentialError, excess
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import Network, build_network
 from optuav.network.variants import stacked
-from optuav.solving import Program, formulate
+from optuav.plan import Plan
+from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
 from optuav.solving.longest import AT_ONCE
 from optuav.solving.parts import allowed, declarations
@@ -67,6 +68,10 @@ class MissionQuestion:
     def program(self) -> Program:
         """The question declared."""
         return formulate(self.mission, graph=self.graph, **vars(self.stated))
+
+    def solve(self) -> Plan:
+        """The question answered, also where it cannot be declared."""
+        return solve(self.mission, graph=self.graph, **vars(self.stated))
 
     def case(self, mission: Mission) -> Case:
         """The question about another mission and its network, without declarations."""

@@ -71,7 +71,7 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
         hover = f"{plan.mission_time_s:.2f} s of travel"
     if plan.flyable is not False:
         return Verdict(hover, "flies" if plan.flyable else "not simulated", "", True)
-    event, reason = "cannot be flown", plan.notes[0] if plan.notes else ""
+    event, reason = "cannot be flown", next(iter(plan.faults), "")
     if (dry_s := plan.runs_dry_s) is not None:
         turns = plan.mission.battery.takes_turns
         event = f"falls at {dry_s:.0f} s"

@@ -169,8 +169,8 @@ class Replay(Judged):
         if self.mission_time_s:
             wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
             phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
-            full_As, dry_s = float(vehicle.pool(self.mission).capacity_As), self.first_s("empty")
-            figure = [picture(Levels(self.trace.time_s, *wells_As), phases, full_As, dry_s)]
+            full, passed_s = vehicle.pool(self.mission).full, map(self.first_s, ("empty", "full"))
+            figure = [picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)]
         return [*figure, pairs(self.facts)] if self.phases else []
 
     def first_s(self, kind: str) -> float | None:

@@ -166,9 +166,11 @@ def grounded(plans: Mapping[str, Plan], what: str) -> Iterator[str]:
     """Say how many plans shown as rows or bars cannot be flown; nothing if all can."""
     dry = [plan.runs_dry_s is not None for plan in plans.values()]
     full = [plan.overfull_s is not None for plan in plans.values() if plan.runs_dry_s is None]
+    others = [plan.flyable is False and not plan.warnings for plan in plans.values()]
     for count, words in (
         (sum(dry), "the available well runs dry before the end"),
         (sum(full), "the well lasts, but is charged beyond full"),
+        (sum(others), "the wells last, but another limit is broken"),
     ):
         if count:
             yield f"In {count} of {len(plans)} {what} {words}: such a plan cannot be flown."

@@ -14,6 +14,7 @@ from optuav.looks import LOOKS, PHASES
 from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
 from optuav.network.timeline import carry, steps
+from optuav.physics.kibam import Wells
 from optuav.plan.summary import EDITED, HEADINGS, LEGEND, figures, heading, outcome, remarks, times
 
 if TYPE_CHECKING:
@@ -22,9 +23,12 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 440.0, 120.0  # Size of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
-BOUND, AVAILABLE, LACKING = (LOOKS[role].light for role in ("bound", "available", "dry"))
+BOUND, AVAILABLE, LACKING, EXCESS = (
+    LOOKS[role].light for role in ("bound", "available", "dry", "overfull")
+)
 PIECES = 12  # Parts of a stage, as the wells do not change along straight lines
-LETTER = 6.5  # About how wide a letter is [px]
+LETTER, ROW = 6.5, 16.0  # About how wide a letter is, and how high a line of words [px]
+MOST_BESIDE = 3  # Entries of the legend beside which there is room for moments
 MOST_TICKS, MOST_POINTS = 6, 400
 ROUNDING = 1e-6  # Percent of the capacity, and share of a step
 
@@ -46,10 +50,11 @@ def html(plan: Plan) -> str:
         flown = f"{phase.start_place} → {phase.end_place}"
         rows.append((kind, flown if phase.kind == "flight" else phase.end_place, *numbers))
     stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
+    full = vehicle.pool(plan.mission).full
     legend = f"{LEGEND} {EDITED}" if any(phase.edited for phase in plan.phases) else LEGEND
     return shown(
         paragraph(verdict(plan), good=plan.flyable is not False),
-        picture(levels(plan), stays, vehicle.pool(plan.mission).capacity_As, plan.runs_dry_s),
+        picture(levels(plan), stays, full, plan.runs_dry_s, plan.overfull_s),
         pairs((name, f"{time_s:.2f} s, {remark}") for name, time_s, remark in times(plan)),
         folded("Question and answer", pairs([*heading(plan), *outcome(plan)])),
         folded(f"Phases ({len(rows)})", table(HEADINGS, rows), paragraph(legend), is_open=True),
@@ -97,15 +102,19 @@ def thinned(course: Levels) -> Levels:
 def picture(
     course: Levels,
     phases: Iterable[tuple[str, float, float]],
-    capacity_As: float,
+    full: Wells,
     dry_s: float | None = None,
+    overfull_s: float | None = None,
 ) -> Element:
     """Both wells over time as an inline SVG: bound below available, in % of the capacity.
 
-    Above them the phases: kind, start and duration [s].
+    Above them the phases: kind, start and duration [s]. The moments when the available well is
+    empty and past full are marked.
     """
     time_s, available_As, bound_As = thinned(course)
-    bound, total = (100.0 * y_As / capacity_As for y_As in (bound_As, bound_As + available_As))
+    percent = 100.0 / float(full.total_As)
+    bound, total = percent * bound_As, percent * (bound_As + available_As)
+    excess = percent * np.maximum(available_As - float(full.available_As), 0.0)
     end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
 
@@ -133,6 +142,9 @@ def picture(
     if lacking.any():
         draw_area(LACKING, np.minimum(total, bound), bound)
         legend.append((LACKING, "not there"))
+    if (excess > ROUNDING).any():
+        draw_area(EXCESS, total - excess, total)
+        legend.append((EXCESS, "past full"))
     right, bottom, line = LEFT + WIDTH, ABOVE + HEIGHT, {"stroke": "currentColor"}
     for level in (0.0, 50.0, 100.0):
         draw("line", x1=LEFT, x2=right, y1=y(level), y2=y(level), **line, opacity="0.4")
@@ -153,10 +165,15 @@ def picture(
         draw("rect", x=at, y=below - 9.0, width=10.0, height=10.0, fill=colour)
         draw("text", words, x=at + 14.0, y=below)
         at += 14.0 + LETTER * (len(words) + 3)
-    if dry_s is not None:
-        at = x(dry_s)
-        draw("line", x1=at, x2=at, y1=ABOVE, y2=bottom, stroke=LACKING, stroke_width="2")
-        draw("text", f"dry at {dry_s:.1f} s", x=right, y=below, text_anchor="end")
+    moments = (overfull_s, EXCESS, "past full"), (dry_s, LACKING, "dry")
+    marked = [(at_s, colour, words) for at_s, colour, words in moments if at_s is not None]
+    for at_s, colour, _ in marked:
+        at = x(at_s)
+        draw("line", x1=at, x2=at, y1=ABOVE, y2=bottom, stroke=colour, stroke_width="2")
+    if marked:
+        below += ROW * (len(legend) > MOST_BESIDE)
+        said = ", ".join(f"{words} at {at_s:.1f} s" for at_s, _, words in marked)
+        draw("text", said, x=right, y=below, text_anchor="end")
     box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}
     return element("svg", *drawn, viewBox=box, fill="currentColor", font_size="12", **named)

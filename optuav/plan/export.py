@@ -36,7 +36,7 @@ def export(plan: Plan, path: str | Path, *, force: bool = False) -> Path:
     write = WRITERS[ending_of(file, *WRITERS)]
     course = course_of(plan)
     if not (plan.flyable or force):
-        why = "; ".join(plan.warnings) or "its simulation failed or is missing; optuav audit"
+        why = "; ".join(plan.faults) or "its simulation failed or is missing; optuav audit"
         words = f"true; {why}. force = True (--force) exports the plan all the same"
         raise InputError([Fault("plan.flyable", shown(plan.flyable), words)])
     write_text(file, write(course))
@@ -73,4 +73,4 @@ def course_of(plan: Plan) -> Course:
                 way = (places[phase.start_place], *way)
             steps.append(Step(phase.kind, end, way, phase.duration_s, phase.peak_speed_m_s))
     altitude_m = mission.earth.altitude_m if mission.earth else 0.0
-    return Course(mission.name, (NOT_FLOWN, *plan.warnings), altitude_m, tuple(steps))
+    return Course(mission.name, (NOT_FLOWN, *plan.faults), altitude_m, tuple(steps))

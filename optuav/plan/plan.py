@@ -42,7 +42,9 @@ DERIVED = (
 )
 """Figures that a file repeats for its readers; they follow from the phases, which decide."""
 
-ROUNDING = 1e-9  # Share of the capacity that rounding may carry a well past its limit [-]
+CANNOT = "this plan cannot be flown: "
+"""Start of a note on why the simulation of a plan failed, where its warnings do not say so."""
+ROUNDING = 1e-6  # Share of the capacity by which the judge lets a well pass its limit [-]
 
 OBJECTIVE = ("objective", "objective_unit", "bound")
 """Fields that a file has where they say something."""
@@ -292,6 +294,12 @@ class Plan(Record):
             what = f"charging drives the available well past full at {full_s:.2f} s"
             sentences.append(f"{what}: the battery would take less than the plan counts on")
         return tuple(sentences)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Reasons why the plan cannot be flown: its warnings, and notes on its simulation."""
+        notes = (note.removeprefix(CANNOT) for note in self.notes if note.startswith(CANNOT))
+        return (*self.warnings, *notes)
 
     @property
     def has_several_stops(self) -> bool:

@@ -116,7 +116,7 @@ def _still(replayed: Replay) -> Figure:
     figure = style.page(3.8, 7.6)
     figure.set_dpi(DOTS_PER_INCH)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
-    _, *bands, _ = draw_wells(right, replayed)
+    _, *bands, _, _ = draw_wells(right, replayed)
     right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel=style.TIME)
     right.set_title(" ", pad=style.NAMES_PT)
     left.set_title(" ")

@@ -1,7 +1,8 @@
 """The wells of the battery over plans: pooled as bands, or pack by pack where packs take turns."""
 
+import math
 from collections.abc import Sequence
-from itertools import chain
+from itertools import chain, compress
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,7 +16,7 @@ from optuav.network.timeline import carry
 from optuav.physics.kibam import Battery
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan, Plans, load_plans
-from optuav.plan.display import AVAILABLE, BOUND, LACKING
+from optuav.plan.display import AVAILABLE, BOUND, EXCESS, LACKING
 from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, PINK, SKY, mark
@@ -35,7 +36,8 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     """Draw both wells of the pooled battery as bands over time, one panel per plan.
 
     The available well lies on the bound one, so that it runs dry where its band closes; charge the
-    plan takes after that is hatched, and all that follows fades, as it cannot be flown.
+    plan takes after that is hatched, and all that follows fades, as it cannot be flown. Charge that
+    the full well does not take is hatched as well.
 
     Parameters
     ----------
@@ -71,11 +73,12 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
         title = f"{style.printed(plan.mission.name)}, perspective {plan.perspective}: "
         title += f"hover $Δ$ = {plan.hover_time_s:.2f} s"
         title += f", rest $T'$ = {plan.rest_time_s:.2f} s" * (plan.rest_time_s > 0.0)
-        title += ", cannot be flown" * (plan.runs_dry_s is not None)
+        title += ", cannot be flown" * (not replayed.flyable)
         ax.set_title(title, pad=style.NAMES_PT)
     style.group_thousands(*axes)
-    is_lacking = any(plan.runs_dry_s is not None for plan in plans)
-    _legend_below(axes, drawn if is_lacking else drawn[:-1], plans)
+    ends = [plan.runs_dry_s for plan in plans], [plan.overfull_s for plan in plans]
+    hatched = [any(moment_s is not None for moment_s in moments) for moments in ends]
+    _legend_below(axes, [*drawn[:-2], *compress(drawn[-2:], hatched)], plans)
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         style.draw_bands([ax], style.phase_bands(replayed))
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
@@ -113,9 +116,13 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     above.set_label("available $y_1$")
     lost = ax.fill_between(time_s, there_As, bound_As, facecolor="none", zorder=FADE + 0.1)
     lost.set(edgecolor=LACKING, hatch=HATCH, linewidth=0.0, label="not there")
+    full = vehicle.pool(mission).full
+    excess_As = np.maximum(total_As - bound_As - full.available_As, 0.0)
+    over = ax.fill_between(time_s, total_As - excess_As, total_As, facecolor="white", **flat)
+    over.set(edgecolor=EXCESS, hatch=HATCH, label="past full")
     (line,) = ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
     line.set_label("total $y_1 + y_2$")
-    full_As = float(vehicle.pool(mission).capacity_As)
+    full_As = float(full.total_As)
     least_As = mission.limits.min_soc * full_As
     for level_As, role in ((full_As, "overfull"), (least_As, "charge")):
         ax.axhline(level_As, **style.limit(role, cased=True))
@@ -128,7 +135,7 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     side.set_yticks([*levels], [*levels.values()])
     side.tick_params(length=0.0)
     side.spines["right"].set_visible(False)
-    return [line, above, bound, lost]
+    return [line, above, bound, lost, over]
 
 
 def _panels(
@@ -145,7 +152,7 @@ def _panels(
 def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
     """Put a legend below all panels, of drawn elements and the kinds of phases; settle them."""
     entries = [*handles, *style.swatches(phase.kind for plan in plans for phase in plan.phases)]
-    columns = min(len(entries), MOST)
+    columns = math.ceil(len(entries) / math.ceil(len(entries) / MOST))
     page = axes[0].get_figure()
     assert page is not None
     page.legend(handles=entries, loc="outside lower center", ncols=columns)

@@ -312,11 +312,15 @@ class PointSearch:
         return np.concatenate([points_m, *along_m, *level_m])
 
 
-def free_program(question: Question, mission: Mission) -> FreeProgram:
-    """(P1) with the hover point free, declared for the routes that some point may make flyable."""
+def free_program(question: Question, mission: Mission, *, declared: bool = True) -> FreeProgram:
+    """(P1) with the hover point free, for the routes that some point may make flyable.
+
+    A search needs no declaration, which not every flight model and beam has.
+    """
     fixed = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
     at_mission = declared_program(replace(fixed, time_limit_s=None), build_network(mission))
     region, network, parts = Region(mission), at_mission.network, list[Part]()
+    reached = np.zeros(0, dtype=np.intp)
     if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
         legs, table = network.routes.legs, network.legs
         apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
@@ -324,11 +328,11 @@ def free_program(question: Question, mission: Mission) -> FreeProgram:
         opened = replace(network, routes=replace(network.routes, flyable=usable))
         reached = np.flatnonzero(allowed(stacked(opened), question.problem)[0])
         ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
-        for group, rests in groups(opened.routes, reached, ordered=ordered):
+        for group, rests in groups(opened.routes, reached, ordered=ordered) if declared else ():
             which = reached[group]
             parts.append(Part(_declared(network, which, rests, question.perspective), which))
-    reasons = () if parts else at_mission.reasons
-    return FreeProgram(question, network, tuple(parts), reasons, at_mission)
+    reasons = () if len(reached) else at_mission.reasons
+    return FreeProgram(question, network, tuple(parts), reasons, at_mission, reached)
 
 
 @dataclass(frozen=True)
@@ -336,20 +340,20 @@ class FreeProgram(Program):
     """A program whose hover point is unknown: print it, check points, or solve it."""
 
     own: Program  # The same with the hover point of the mission itself
+    reached: Integers  # Routes that some point may make flyable
 
     def solve(self) -> Plan:
         """The best plan found; locally optimal, and never worse than hovering at w_U."""
         begin, mission = time.monotonic(), self.network.mission
         stated_plan = self.own.solve()
-        if not self.parts:
+        if not len(self.reached):
             return stated_plan
         others = [] if mission.route.hover_m is None else [None]
-        routes = np.concatenate([part.routes for part in self.parts])
         # The plan at each point takes about as long as that at the mission's own.
         last_s = (1 + len(others)) * (time.monotonic() - begin)
         latest = begin + (self.question.time_limit_s or math.inf)
         search = PointSearch(self.question.perspective, mission, latest - last_s)
-        points_m = search.best_m(routes)
+        points_m = search.best_m(self.reached)
         plans = [stated_plan] if stated_plan else []
         for hover_m in (*others, *points_m):
             moved = build_network(mission.replace({"route.hover_m": hover_m}))

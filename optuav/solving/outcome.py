@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,16 +14,17 @@ import numpy.typing as npt
 
 from formulations.p1 import P1
 from formulations.p4 import P4
-from formulations.parameters import Quantities
+from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES, StepEnd
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
-from optuav.judge.replay import BELOW_RESERVE, replay
+from optuav.judge.replay import BELOW_RESERVE, MISMATCH, replay
 from optuav.mission import Mission
 from optuav.mission.beams import beam_of, spreading_beam
 from optuav.mission.flight_model import flight_of
+from optuav.mission.keys import as_stated, numeric_keys
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
@@ -33,13 +35,14 @@ from optuav.modelling.traversal import has_unknowns
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph
-from optuav.network.network import Network
+from optuav.network.network import Network, network_by
 from optuav.network.one_stop import one_stop_is_enough
-from optuav.network.places import charging_cap, on_landing
+from optuav.network.places import build_places, charging_cap, on_landing
 from optuav.network.timeline import route_phases, simulated
 from optuav.network.variants import stacked
 from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan
+from optuav.plan.plan import CANNOT
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.balance import TIMES, by_balance
 from optuav.solving.parts import Part, allowed
@@ -47,9 +50,9 @@ from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, ans
 from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
-STARTS = ("soc", "available_As", "bound_As")  # Keys of `[start]` that a problem may leave open
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
+WHOLE = 1e-6  # Distance of an unknown from a whole number that is rounding
 EDITED = {
     True: "some legs have figures from the graph, not from the flight model",
     False: "some places have sight or power of the laser from the graph, not from the mission",
@@ -188,9 +191,7 @@ def plan_of(
         reason = "a plan needs at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", reason) for name, t in times if t < 0.0])
-    if start := {name: point[f"start_{name}"] for name in STARTS if f"start_{name}" in point}:
-        network = replace(network, mission=network.mission.replace({"start": start}))
-    notes = []
+    network, notes = _with_unknowns(network, point)
     if part.rests and rest_s == 0.0:
         approached = "; with T' > 0, as in printed (P4), this limit is approached but not attained"
         more = approached if isinstance(question.problem, P4) else ""
@@ -208,6 +209,38 @@ def plan_of(
         binding=tuple(words(network, part, entry, solution.binding_labels(entry, rows))),
         notes=notes,
     )
+
+
+@cache
+def _keys_by_name() -> dict[str, str]:
+    """Numeric keys of missions by the names that these have in `given`."""
+    keys = dict[str, str]()
+    for key in numeric_keys():
+        stem, _, axis = key.replace(".", "_", 1).partition("[")
+        keys[f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem] = key
+    return keys | {each.name: key for each in QUANTITIES if (key := each.metadata["key"])}
+
+
+def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]:
+    """The network where unknowns that stand for numbers of the mission have their values.
+
+    With a note where no mission could have them.
+    """
+    values = {key: point[name] for name, key in _keys_by_name().items() if name in point}
+    if not values:
+        return network, []
+    ranges, nearest = numeric_keys(), {key: round(value) for key, value in values.items()}
+    counts = {key: value for key, value in values.items() if ranges[key].whole}
+    counts = {k: nearest[k] if abs(v - nearest[k]) <= WHOLE else v for k, v in counts.items()}
+    try:
+        mission = network.mission.replace(as_stated(network.mission, values) | counts)
+    except InputError as error:
+        return network, [f"the plan has the mission's own numbers, not those found: {error}"]
+    edited = network.legs.edited.any() or network.places.edited.any()
+    if edited or all(key.startswith("start.") for key in values):
+        return replace(network, mission=mission), []
+    buildings = network.routes.building[1::2]
+    return network_by(mission, build_places(mission), buildings), []
 
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
@@ -343,7 +376,7 @@ def replayed(plan: Plan, *, must_fly: bool = True) -> Plan:
         why = "; ".join(event.words + event.figures for event in events)
         raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {why}")
     untold = (event.words + event.figures for event in events if event.kind not in WARNED_OF)
-    notes = (*plan.notes, *(f"this plan cannot be flown: {words}" for words in untold))
+    notes = (*plan.notes, *(f"{CANNOT}{words}" for words in untold))
     low = (event for event in simulated_plan.events if event.kind == BELOW_RESERVE)
     notes = (*notes, *(event.words + event.figures for event in low))
     return plan.model_copy(update={"flyable": not events, "notes": notes})
@@ -431,6 +464,9 @@ def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
     note += f"promises {hover_s[route]:.2f} s of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
     flown = plan.model_copy(update={"phases": phases})
-    if (dry_s := flown.runs_dry_s) is not None:
-        note += f"; that plan would run dry and fall at {dry_s:.2f} s"
+    ends = (flown.overfull_s, "overfill the available well"), (flown.runs_dry_s, "run dry and fall")
+    if faults := [f"{words} at {at_s:.2f} s" for at_s, words in ends if at_s is not None]:
+        note += f"; that plan would {' and '.join(faults)}"
+    elif others := [event for event in replay(flown).violations if event.kind != MISMATCH]:
+        note += f"; that plan cannot be flown: {others[0].words}{others[0].figures}"
     yield note

@@ -178,7 +178,7 @@ def _plan(
         if program and (program.parts or impossibilities(program.network, one_stop=False)):
             plan = program.solve()
     if plan is None or program is None:
-        program = _program(known, question, graph)
+        program = _program(known, question, graph, declared=False)
         if program.question.several:
             from optuav.solving.several_stops import several_stops
 
@@ -191,8 +191,13 @@ def _plan(
     return plan
 
 
-def _program(known: Mission, question: Question, graph: Graph | None) -> Program:
-    """Declare the problem, with one rest and one hover if it allows several."""
+def _program(
+    known: Mission, question: Question, graph: Graph | None, *, declared: bool = True
+) -> Program:
+    """Declare the problem, with one rest and one hover if it allows several.
+
+    A free hover point is searched for without a declaration.
+    """
     if not question.speed_free and question.p1.hover_point == "w_U":
         network = build_network(known) if graph is None else edited_network(known, graph)
         return declared_program(question, network)
@@ -203,5 +208,6 @@ def _program(known: Mission, question: Question, graph: Graph | None) -> Program
         raise InputError([Fault("graph", shown(graph), f"no graph goes with {why}")])
     from optuav.solving import free_hover, free_speed
 
-    free = free_speed.free_program if question.speed_free else free_hover.free_program
-    return free(question, known)
+    if question.speed_free:
+        return free_speed.free_program(question, known)
+    return free_hover.free_program(question, known, declared=declared)

@@ -357,3 +357,37 @@ def test_memory_does_not_grow_with_the_buildings(perspective: str) -> None:
     _, peak_B = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak_B < 4e7
+
+
+RELAY = optuav.load("relay-today")
+UNPRINTED = {
+    "wind": ({"laser.jitter_rad": 0.0, "wind.velocity_m_s": [6.0, -3.0, 0.0]}, "wind"),
+    "jitter": ({"laser.jitter_rad": 1e-5}, "jitter"),
+}
+
+
+@pytest.mark.parametrize("name", UNPRINTED)
+def test_a_programme_that_cannot_be_printed_is_searched(name: str) -> None:
+    """Of a rotary wing in wind and of jitter: no point that is tried at random is better."""
+    changes, words = UNPRINTED[name]
+    mission = RELAY.replace({**changes, "buildings": RELAY.buildings[10:]})
+    free = optuav.P1(hover_point="free")
+    plan = optuav.solve(mission, free)
+    assert plan.flyable
+    assert plan.hover_time_s > optuav.solve(mission).hover_time_s + 1.0
+    region, random = free_hover.Region(mission), np.random.default_rng(7)
+    points_m = region.inside(region.centre_m + random.uniform(-400.0, 400.0, (16, 3)))
+    moved = (mission.replace({"route.hover_m": at_m}) for at_m in points_m.tolist())
+    others = [each.hover_time_s for each in map(optuav.solve, moved) if each]
+    assert len(others) > 8
+    assert max(others) <= plan.hover_time_s + 1e-6
+    with pytest.raises(InputError, match=f"cannot be declared: .*{words}"):
+        optuav.formulate(mission, free)
+
+
+def test_a_search_without_a_programme_is_explained() -> None:
+    """By the programme at the point that it found."""
+    mission = RELAY.replace({**UNPRINTED["wind"][0], "buildings": []})
+    explained = optuav.explain(mission, optuav.P1(hover_point="free"))
+    assert explained.plan.flyable
+    assert any(side.binds for side in explained.constraints)
