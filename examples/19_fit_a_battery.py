@@ -113,6 +113,22 @@ pd.DataFrame(
 # %% [markdown]
 # The perspective `battery` promises the same hover, because it knows of no wells. With the fitted
 # wells the drone falls much earlier: they make only a sixth of the charge available at once.
+#
+# ## A doubt is not an error
+#
+# Each fit doubts values that no drone has, because such values usually have another unit than the
+# file says. Here is the propeller of the paper, from its data sheet.
+#
+# **Before you run:** the figure of merit is the ideal power in hover over the power that the
+# propeller takes. What is it at most?
+
+# %%
+optuav.fit_rotor(folder / "propeller.csv")
+
+# %% [markdown]
+# It is 1.00: the published torque coefficient is that of an ideal propeller, which wastes nothing.
+# Real ones reach 0.4 to 0.8. The file is read correctly, so you keep the values; but the drone of
+# the paper hovers on less power than any real one.
 
 # %% [markdown]
 # ## Exercises

@@ -81,7 +81,7 @@ curve.plot()
 
 # %%
 speeds_m_s = curve.speeds_m_s[20:]
-per_metre_J = curve.power_W[20:] / speeds_m_s
+per_metre_J = curve.rotor_power_W[20:] / speeds_m_s
 optuav.plots.curves(
     [Line("energy per metre", speeds_m_s, per_metre_J)],
     title="What a metre costs",

@@ -7,7 +7,7 @@ remarks. Numbers are returned in SI units.
 import math
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -32,7 +32,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "current": {"A": 1.0, "mA": 1e-3},
     "voltage": {"V": 1.0, "mV": 1e-3},
-    "power": {"W": 1.0, "kW": 1e3},
+    "power": {"W": 1.0, "kW": 1e3, "mW": 1e-3},
     "speed": {"m_s": 1.0, "km_h": 1 / 3.6},
     "rotor speed": {"rad_s": 1.0, "rpm": math.tau / 60.0},
     "force": {"N": 1.0, "g": 1e-3 * GRAVITY_N_KG, "kg": GRAVITY_N_KG},
@@ -40,20 +40,36 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "density": {"kg_m3": 1.0},
     "resistance": {"ohm": 1.0, "mohm": 1e-3},
     "velocity constant": {"rpm_V": 1.0},
-    "number": {"": 1.0},
+    "thrust coefficient": {"": 1.0, "nD": 4.0 / math.pi**3},
+    "torque coefficient": {"": 1.0, "nD": 8.0 / math.pi**3},
+    "power coefficient": {"nD": 4.0 / math.pi**4},
     "text": {"": 1.0},
 }
-"""SI value of each unit, by kind of quantity; a balance shows thrust in grams."""
+"""SI value of each unit, by kind of quantity; a balance shows thrust in grams.
+
+Coefficients by turns a second n and diameter D, T = C_T ρ n² D⁴, Q = C_Q ρ n² D⁵, P = C_P ρ n³ D⁵,
+become those by the tip's speed and the disc's area, where C_P = C_Q.
+"""
 USUAL = {
     "current": (0.01, 2e3, "A"),
     "voltage": (1.0, 2e3, "V"),
+    "power": (1.0, 1e6, "W"),
     "speed": (0.0, 300.0, "m/s"),
     "rotor speed": (10.0, 5e3, "rad/s"),
     "length": (0.005, 3.0, "m"),
     "density": (0.1, 3.0, "kg/m3"),
     "resistance": (1e-3, 20.0, "ohm"),
+    "thrust coefficient": (0.002, 0.03, ""),
 }
 """Least and most that UAVs show, from some grams to those that carry people, and the unit."""
+UNKNOWN = {
+    "current": (-1.0, -0.01, 655.35),
+    "voltage": (65.535,),
+    "speed": (655.35,),
+}
+"""Values in SI units that autopilots log where they know none: −1 or 65535, also in hundredths."""
+HUNDREDTH = -0.01  # A, the value of these that a current may have
+ROUNDING = 1e-9  # relative, of a change of units
 
 
 class Format(NamedTuple):
@@ -63,15 +79,26 @@ class Format(NamedTuple):
     optional: tuple[str, ...] = ()  # columns that may be missing
     blanks: tuple[str, ...] = ()  # columns whose empty cells are read as NaN
     least: int = 1
+    also: Mapping[str, tuple[str, str]] = {}  # further names, each with its column and its kind
+
+    @property
+    def names(self) -> Iterator[tuple[str, str, str]]:
+        """Names of columns, each with its column and its kind."""
+        yield from ((column, column, kind) for column, kind in self.kinds.items())
+        yield from ((name, *of) for name, of in self.also.items())
 
     def headings(self, column: str) -> dict[str, float]:
         """The headings that a column may have, each with the SI value of its unit."""
-        units = UNITS[self.kinds[column]]
-        return {f"{column}_{unit}".rstrip("_"): size for unit, size in units.items()}
+        return {
+            f"{name}_{unit}".rstrip("_"): size
+            for name, own, kind in self.names
+            for unit, size in (UNITS[kind].items() if own == column else ())
+        }
 
     def named(self, heading: str) -> str | None:
         """The column that a heading names, with whatever unit."""
-        return next((kind for kind in self.kinds if f"{heading}_".startswith(f"{kind}_")), None)
+        matches = (own for name, own, _ in self.names if f"{heading}_".startswith(f"{name}_"))
+        return next(matches, None)
 
 
 @dataclass(frozen=True)
@@ -94,6 +121,37 @@ class Measurements:
             cells.append((self.lines[row], cell))
         if cells:
             yield _fault(self.source, key, allowed, cells)
+
+    def unknown(self, column: str) -> Booleans:
+        """Return which values of a column only say that the value is unknown.
+
+        A sensor that is off by a little shows several values below 0; then a hundredth is one.
+        """
+        values = self.numbers[column]
+        signs = list(UNKNOWN[self.kinds[column]])
+        if HUNDREDTH in signs and np.any((values < 0.0) & ~np.isin(values, signs)):
+            signs.remove(HUNDREDTH)
+        matches = np.isclose(values[:, None], signs, rtol=ROUNDING, atol=0.0)
+        unknown: Booleans = np.any(matches, axis=1)
+        return unknown
+
+    def left_out(self, column: str, rows: Booleans) -> Iterator[str]:
+        """A sentence for each kind of unknown value, with its count."""
+        values, unit = self.numbers[column], USUAL[self.kinds[column]][-1]
+        for sign in UNKNOWN[self.kinds[column]]:
+            count = int(np.sum(rows & np.isclose(values, sign, rtol=ROUNDING, atol=0.0)))
+            if count:
+                which = f"{count} of {counted(len(values), 'line')}"
+                words = f"their {column} is {sign:g} {unit}, which means unknown"
+                yield f"{self.source}: {which} {'is' if count == 1 else 'are'} left out: {words}"
+
+    def only(self, rows: Booleans) -> "Measurements":
+        """The rows that are chosen."""
+        chosen = np.flatnonzero(rows).tolist()
+        texts = {name: tuple(cells[n] for n in chosen) for name, cells in self.texts.items()}
+        numbers = {name: values[rows] for name, values in self.numbers.items()}
+        lines = tuple(self.lines[number] for number in chosen)
+        return replace(self, lines=lines, numbers=numbers, texts=texts)
 
     def few(self, column: str, least: int) -> Iterator[Fault]:
         """A fault if a column has too few different values."""
@@ -200,11 +258,11 @@ def unit_doubts(
     least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
-        heading = f"{column}_{next(iter(UNITS[kind]))}"
-        usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}"
+        heading = f"{column}_{next(iter(UNITS[kind]))}".rstrip("_")
+        usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
         hint = f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else ""
         look = f"look at the units in the names of the columns{hint}"
-        yield f"{words} is {size:.5g} {unit}, {usual_sizes}: {look}"
+        yield f"{words} is {f'{size:.5g} {unit}'.rstrip()}, {usual_sizes}: {look}"
 
 
 def _places(

@@ -53,13 +53,18 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class Value:
-    """A value for a dotted key of the mission, in its unit, and where it comes from, in words."""
+    """A value for a dotted key of the mission, in its unit, and where it comes from, in words.
+
+    Values of one fit are stated together or not at all: beside others than the fitted ones, even a
+    value that is determined does not follow the data.
+    """
 
     key: str
     value: float
     origin: str
     interval: ConfidenceInterval | None = None  # None if unknown
     determined: bool = True  # Whether the data determine it
+    stated: bool = True  # Whether a mission gets it
 
     def written(self, between: str) -> list[str]:
         """The value to six digits or more, and its interval if it is known, `between` its ends."""
@@ -75,10 +80,10 @@ class Value:
         entry = _entry(self.key.partition(".")[2], rounded(self.value))
         if self.determined:
             yield _remark(f"; {CONFIDENCE:.0%}: ".join([self.origin, *self.written(" to ")[1:]]))
-            yield entry
         else:
-            yield _remark(f"{self.origin}; the data do not determine it")
-            yield _remark(entry)
+            beside = "; it holds beside the other fitted values only" if self.stated else ""
+            yield _remark(f"{self.origin}; the data do not determine it{beside}")
+        yield entry if self.stated else _remark(entry)
 
 
 @dataclass(frozen=True)
@@ -124,14 +129,15 @@ class Fit:
     Parameters
     ----------
     kind
-        ``"kibam"``, ``"regimes"``, ``"rotor"`` or ``"table"``.
+        ``"kibam"``, ``"regimes"``, ``"rotor"``, ``"rotary-wing"`` or ``"table"``.
     sources
         The files, as they were named.
     data
         Their content, in a few words.
     values
         The values found, each with ``key``, ``value``, ``origin``, ``interval`` (its ``low`` and
-        ``high`` end at a confidence of 95 %, or None) and ``determined``.
+        ``high`` end at a confidence of 95 %, or None), ``determined`` and ``stated``: what the data
+        do not determine is still stated beside the values that were fitted together with it.
     panels
         Observed and fitted values, each an `optuav.calibration.Panel`; empty without observations.
     warnings
@@ -164,9 +170,9 @@ class Fit:
 
     @property
     def changes(self) -> dict[str, object]:
-        """The values that are determined, by dotted key, ready for `optuav.Mission.replace`."""
-        determined = {value.key: rounded(value.value) for value in self.values if value.determined}
-        return {**self.settings, **determined}
+        """The values that are stated, by dotted key, ready for `optuav.Mission.replace`."""
+        stated = {value.key: rounded(value.value) for value in self.values if value.stated}
+        return {**self.settings, **stated}
 
     def __repr__(self) -> str:
         keys = listed([value.key for value in self.values])
@@ -243,11 +249,24 @@ class Estimate(NamedTuple):
     undetermined: tuple[str, ...]  # keys that the data do not determine or tell apart
     unsure: tuple[str, ...] = ()  # that they hardly do
 
-    def stated(self, origin: str) -> tuple[Value, ...]:
-        """The values for a mission."""
-        rows = zip(self.keys, self.values.tolist(), self.intervals, strict=True)
-        blind = self.undetermined
-        return tuple(Value(key, x, origin, ends, key not in blind) for key, x, ends in rows)
+    def stated(self, origin: str, *, always: bool = False) -> tuple[Value, ...]:
+        """The values for a mission, which gets none unless one is determined, or `always` all."""
+        rows, blind = (
+            zip(self.keys, self.values.tolist(), self.intervals, strict=True),
+            self.undetermined,
+        )
+        stated = always or set(blind) != set(self.keys)
+        return tuple(Value(key, x, origin, ends, key not in blind, stated) for key, x, ends in rows)
+
+    def ordered(self, keys: Sequence[str]) -> "Estimate":
+        """The same, with the keys in another order."""
+        places = [self.keys.index(key) for key in keys]
+        return self._replace(
+            keys=tuple(keys),
+            values=self.values[places],
+            intervals=tuple(self.intervals[place] for place in places),
+            undetermined=tuple(key for key in keys if key in self.undetermined),
+        )
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -326,7 +345,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
     refuse(
         Fault(f"{e.key}, {e.origin}", f"{e.value:.4g}", f"{allowed.words}{reasons}", source)
         for e in found.values
-        if e.determined and (allowed := number(e.key)) and not allowed.accepts(e.value)
+        if e.stated and (allowed := number(e.key)) and not allowed.accepts(e.value)
     )
     return found
 

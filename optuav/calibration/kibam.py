@@ -83,6 +83,12 @@ class Discharge(NamedTuple):
         counted = (starts_s < self.lifetime_s) & (changes_A != 0.0)
         return changes_A[counted], self.lifetime_s - starts_s[counted]
 
+    @property
+    def drawn_As(self) -> float:
+        """Charge drawn until the end [A s]."""
+        changes_A, before_end_s = self.changes
+        return float(changes_A @ before_end_s)
+
 
 def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
@@ -131,7 +137,8 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     '3 discharges of one full pack'
     """
     sources, of_files = csv.read_all(files, FORMATS, _discharges)
-    discharges = [discharge for of_file in of_files for discharge in of_file]
+    discharges = [discharge for of_file, _ in of_files for discharge in of_file]
+    doubts = [words for _, of_file in of_files for words in of_file]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
@@ -158,13 +165,16 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
     if np.any(far):
         # Such data have several poor optima, and rounding decides where the fit ends.
-        values = tuple(replace(value, interval=None, determined=False) for value in values)
+        values = tuple(
+            replace(value, interval=None, determined=False, stated=False) for value in values
+        )
         missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
             "each time"
         ]
+    warnings += doubts
     pause = "is stated to end in a pause, where a battery cannot run dry: its lifetime may be wrong"
     idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
     warnings += [f"{discharge.name} {pause}" for discharge in idle]
@@ -321,27 +331,21 @@ def _estimate(
     return Estimate(KEYS, values, left, sigma, intervals, undetermined, unsure)
 
 
-def _discharges(table: csv.Measurements) -> list[Discharge]:
-    """The discharges in a file of lifetimes, or in a record."""
-    if "time" in table.numbers:  # a record: each current holds until the next line
-        refuse(csv.record_faults(table))
-        time_s, held_A = table.numbers["time"], table.numbers["current"][:-1].tolist()
-        record = tuple(zip(held_A, np.diff(time_s).tolist(), strict=True))
-        return [Discharge(Path(table.source).stem, record, float(time_s[-1] - time_s[0]))]
+def _discharges(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:
+    """The discharges in a file of lifetimes, or in a record, and doubts about its values."""
+    if "time" in table.numbers:
+        return _record(table)
     names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
     duration_s = table.numbers["duration"]
     faults, discharges = list[Fault](), list[Discharge]()
     for name in dict.fromkeys(table.texts["load"]):
-        of_load = names == name
+        of_load, before = names == name, len(faults)
         several = np.sum(of_load) > 1
         lasts_s = float(lifetime_s[of_load][0])
         faults += table.faults(of_load & ~(lifetime_s > 0.0), "lifetime", "a time above 0")
         words = f"one lifetime for all pieces of {name}; a second discharge gets a second name"
         faults += table.faults(of_load & (lifetime_s != lasts_s), "lifetime", words)
-        if not np.any(current_A[of_load] > 0.0):
-            words = f"some current above 0 in {name}: positive is discharge"
-            faults += table.faults(of_load, "current", words)
         timeless = of_load & ~(duration_s > 0.0) & several
         words = f"a time above 0, because {name} has several pieces"
         faults += table.faults(timeless, "duration", words)
@@ -353,5 +357,27 @@ def _discharges(table: csv.Measurements) -> list[Discharge]:
         durations_s = duration_s[of_load] if several else lifetime_s[of_load]
         pieces = tuple(zip(current_A[of_load].tolist(), durations_s.tolist(), strict=True))
         discharges.append(Discharge(name, pieces, lasts_s))
+        if len(faults) == before and discharges[-1].drawn_As <= 0.0:
+            words = f"more discharge than charge in {name}: positive is discharge"
+            faults += table.faults(of_load, "current", words)
     refuse(faults)
-    return discharges
+    return discharges, []
+
+
+def _record(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:
+    """The discharge of a record: each known current holds until the next one.
+
+    The first holds from the beginning, and of the last line only the time counts.
+    """
+    refuse(csv.record_faults(table))
+    unknown = table.unknown("current")
+    unknown[-1] = False
+    for rows in (np.ones(len(unknown), bool), ~unknown):
+        time_s, current_A = (table.numbers[column][rows] for column in ("time", "current"))
+        time_s[0] = table.numbers["time"][0]
+        pieces = tuple(zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True))
+        discharge = Discharge(Path(table.source).stem, pieces, float(time_s[-1] - time_s[0]))
+        if not pieces or discharge.drawn_As <= 0.0:
+            words = "a record that draws charge: positive is discharge, is the sign the opposite?"
+            raise InputError([Fault("current", "", words, table.source)])
+    return [discharge], [*table.left_out("current", unknown)]

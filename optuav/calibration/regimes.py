@@ -174,18 +174,24 @@ def correlation_of_neighbours(values: Floats) -> float:
     return float(np.clip((alike + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
 
 
-def _read_log(table: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
-    """The samples of a log, its time from 0, and doubts about its units."""
+def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
+    """The samples of a log, its time from 0, and doubts about its values and units."""
+    known, left_out = _known(log)
+    table = log.only(known)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, unknown = numbers["current"], np.full(len(table.lines), math.nan)
     voltage_V, speed_m_s = (numbers.get(column, unknown) for column in ("voltage", "speed"))
-    faults = [*csv.record_faults(table), *csv.gaps(table)]
+    faults = [*csv.record_faults(log), *csv.gaps(log)]
+    if not faults and (len(current_A) < ENOUGH or not np.any(current_A > 0.0)):
+        rest = "; ".join(left_out)
+        words = f"at least {ENOUGH} lines of known values, some current above 0; {rest}"
+        faults.append(Fault("", "", words, log.source))
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"
-        faults.append(Fault("", "", words, table.source))
-    if "speed" not in numbers and not phases:
+        faults.append(Fault("", "", words, log.source))
+    if "speed" not in numbers and "phase" not in table.texts:
         words = "a column phase, or one of speed with its unit, to tell flight from hover"
-        faults.append(Fault("", "", words, table.source))
+        faults.append(Fault("", "", words, log.source))
     for name in sorted(set(phases) - set(PHASES)):
         words = f"{', '.join(PHASES)}{nearest(name, PHASES)}"
         faults += table.faults(np.array(phases) == name, "phase", words)
@@ -197,9 +203,21 @@ def _read_log(table: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     if not phases:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
         phase = np.where(idle, "rest", np.where(speed_m_s < STILL_m_s, "hover", "flight"))
-    time_s, log = numbers["time"] - numbers["time"][0], np.zeros(len(phase), int)
-    samples = Samples(time_s, np.gradient(time_s), current_A, power_W, speed_m_s, phase, log)
-    return samples, tuple(table.doubts())
+    time_s = log.numbers["time"] - log.numbers["time"][0]
+    times = time_s[known], np.gradient(time_s)[known]
+    samples = Samples(*times, current_A, power_W, speed_m_s, phase, np.zeros(len(phase), int))
+    return samples, (*left_out, *table.doubts())
+
+
+def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:
+    """Rows all of whose values are known, and sentences on the others; charging may be at −1 A."""
+    known, sentences = np.ones(len(log.lines), bool), list[str]()
+    charging = np.array(log.texts.get("phase", [""] * len(known))) == "charge"
+    for column in filter(log.numbers.__contains__, csv.UNKNOWN):
+        rows = log.unknown(column) & ~(charging & (log.numbers[column] < 0.0))
+        known &= ~rows
+        sentences += log.left_out(column, rows)
+    return known, sentences
 
 
 def _legs(samples: Samples) -> Iterator[Integers]:

@@ -1,23 +1,34 @@
 """The power of a rotary wing over its air speed from steady level flight."""
 
-from collections.abc import Iterable
+import itertools
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration import csv
-from optuav.calibration.fit import Fit, curve, estimate, finished
+from optuav.calibration import csv, separable
+from optuav.calibration.fit import Estimate, Fit, curve, finished
 from optuav.errors import refuse
+from optuav.mission.messages import number
 from optuav.physics.rotary_wing import PowerCoefficients, power
 
 LEAST_SPEEDS = 6
-LOG = csv.Format({"speed": "speed", "power": "power"}, least=LEAST_SPEEDS)
+LOG = csv.Format(
+    {"speed": "speed", "power": "power"},
+    least=LEAST_SPEEDS,
+    also={"battery_power": ("power", "power")},
+)
 KEYS = tuple(f"flight.{name}" for name in PowerCoefficients._fields)
-INDUCED_M_S = (2.0, 5.0, 10.0)  # Starting values of v_0 for fits
-TIP_M_S, BLADES = 120.0, 0.45  # Usual tip speed, and share of the blades in the hover power
-PARASITE = 0.1  # Share of the fuselage in the power at the largest speed
+BLADES, LIFT, INDUCED, TIP, FUSELAGE = range(len(KEYS))  # places of the coefficients
+ORDER = (INDUCED, TIP, BLADES, LIFT, FUSELAGE)  # in a fit: the last three enter linearly
+INDUCED_M_S, TIP_M_S = (0.1, 100.0), (1.0, 340.0)  # ranges; no tip is faster than sound
+STARTS = tuple(itertools.product(np.geomspace(0.5, 50.0, 10), np.geomspace(20.0, 330.0, 5)))
+FASTEST = (1.0, 60.0, "m/s")  # usual largest speeds of a log, by least and most
+INDUCED_SPEED = (1.0, 12.0, "m/s")  # usual ones
+DISC_AREA = (3e-3, 100.0, "m2")  # usual areas of all rotors
+AIR_KG_M3 = 1.225
 
 
 def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
@@ -27,15 +38,17 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     ----------
     files
         CSV files with ``speed_m_s`` (or ``speed_km_h``), the air speed in steady level flight, and
-        ``power_W`` (or ``power_kW``) of the battery: at least six speeds, hover (0) among them if
-        known.
+        ``power_W`` (or ``battery_power_W``, and in ``mW`` or ``kW``), which the battery delivers:
+        at least six speeds, hover (0) among them if known.
 
     Returns
     -------
     Fit
         ``blade_power_W``, ``induced_power_W``, ``induced_speed_m_s``, ``tip_speed_m_s`` and
-        ``parasite_W_s3_m3`` of [flight] for ``flight.model = "rotary-wing"``, with 95 % intervals.
-        As the power is the battery's, ``flight.efficiency`` is 1 beside them.
+        ``parasite_W_s3_m3`` of [flight] for ``flight.model = "rotary-wing"``, with 95 % intervals
+        by profile likelihood; tips are at most as fast as sound, 340 m/s. As the power is the
+        battery's, ``flight.efficiency`` is 1 beside them. All five are stated, with a warning of
+        what the data do not determine: the power follows the log only with all of them.
 
     Raises
     ------
@@ -62,24 +75,45 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     sources, tables = csv.read_all(files, [LOG], _checked)
     parts = [(table.numbers["speed"], table.numbers["power"]) for table in tables]
     speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
-
-    def modelled(values: Floats) -> Floats:
-        return np.asarray(power(PowerCoefficients(*values), speed))
-
-    slowest, fastest = int(np.argmin(speed)), int(np.argmax(speed))
-    hover_W = float(drawn_W[slowest])
-    fuselage = PARASITE * float(drawn_W[fastest]) / float(speed[fastest]) ** 3
-    powers_W = BLADES * hover_W, (1.0 - BLADES) * hover_W
-    starts = [(*powers_W, induced, TIP_M_S, fuselage) for induced in INDUCED_M_S]
-    estimated = estimate(KEYS, lambda values: modelled(values) - drawn_W, starts)
-    seen = "power", "W", drawn_W, modelled(estimated.values)
+    estimated = _estimate(speed, drawn_W)
+    seen = "power", "W", drawn_W, drawn_W + estimated.residuals
     panel = curve(*seen, speed, "air speed $V$ [m/s]")
-    doubts = dict.fromkeys(words for table in tables for words in table.doubts())
+    of_columns = (words for table in tables for words in table.doubts())
+    doubts = dict.fromkeys([*of_columns, *_doubts(estimated, speed)])
     data = f"{len(speed)} points of steady level flight"
-    values = estimated.stated(f"fitted to {len(speed)} points")
+    values = estimated.stated(f"fitted to {len(speed)} points", always=True)
     found = Fit("rotary-wing", sources, data, values, (panel,), (*estimated.warnings, *doubts))
     settings = {"flight.model": "rotary-wing", "flight.efficiency": 1.0}
     return finished(replace(found, settings=settings, extends="relay-today"))
+
+
+def _estimate(speed_m_s: Floats, drawn_W: Floats) -> Estimate:
+    """Fit the coefficients, in the order of their keys."""
+
+    def columns(others: Floats) -> tuple[Floats, Floats]:
+        blades, lift, fuselage = np.identity(3)  # one of each column
+        induced_m_s, tip_m_s = others
+        unit = PowerCoefficients(blades, lift, induced_m_s, tip_m_s, fuselage)
+        return np.asarray(power(unit, speed_m_s[:, None])), drawn_W
+
+    keys = [KEYS[place] for place in ORDER]
+    linear = [allowed.ge or 0.0 for key in keys[2:] if (allowed := number(key))]
+    problem = separable.Problem(columns, (INDUCED_M_S, TIP_M_S), linear)
+    freedom = len(speed_m_s) - len(keys)
+    return separable.estimate(keys, problem, problem.best(STARTS), freedom).ordered(KEYS)
+
+
+def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
+    """Doubts about units: speeds of a steady flight, and rotors that no UAV has."""
+    fastest = float(np.max(speed_m_s))
+    yield from csv.unit_doubts("the largest speed", fastest, "speed", "speed", FASTEST)
+    if {KEYS[LIFT], KEYS[INDUCED]}.isdisjoint(estimated.undetermined):
+        lift_W, induced_m_s = estimated.values[[LIFT, INDUCED]].tolist()
+        words = "the induced speed that fits"
+        yield from csv.unit_doubts(words, induced_m_s, "speed", "speed", INDUCED_SPEED)
+        area_m2 = lift_W / (2.0 * AIR_KG_M3 * induced_m_s**3)  # by P = F v and F = 2 ρ A v²
+        words = "the area of the rotors that fits"
+        yield from csv.unit_doubts(words, area_m2, "power", "power", DISC_AREA)
 
 
 def _checked(table: csv.Measurements) -> csv.Measurements:

@@ -1,18 +1,22 @@
 """Constants of a rotor from a bench test, or from the data of propeller and motor.
 
-Each quantity of a bench is weighted by the residuals that the fit leaves of it.
+Each quantity of a bench is weighted by the residuals that the fit leaves of it, which are of one
+size or in proportion to its values; intervals are by profile likelihood.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration import csv
-from optuav.calibration.fit import Fit, Value, curve, estimate, finished
+from optuav.calibration import csv, separable
+from optuav.calibration.fit import Estimate, Fit, Value, curve, finished
 from optuav.errors import Fault, InputError, refuse
+from optuav.mission.messages import number
 from optuav.physics import rotor
 
 LEAST_POINTS = 6
@@ -20,19 +24,32 @@ BENCH = csv.Format(
     {"speed": "rotor speed", "thrust": "force", "current": "current", "voltage": "voltage"},
     least=LEAST_POINTS,
 )
-PROPELLER = {"thrust_coefficient": "number", "torque_coefficient": "number", "radius": "length"}
+PROPELLER = {
+    "thrust_coefficient": "thrust coefficient",
+    "torque_coefficient": "torque coefficient",
+    "radius": "length",
+}
 MOTOR = {"velocity_constant": "velocity constant", "resistance": "resistance"}
 MOTOR |= {"no_load_current": "current"}
-SHEET = csv.Format(PROPELLER | {"air_density": "density"} | MOTOR, tuple(MOTOR))
+SHEET = csv.Format(
+    PROPELLER | {"air_density": "density"} | MOTOR,
+    tuple(MOTOR),
+    also={"power_coefficient": ("torque_coefficient", "power coefficient")},
+)
 KEYS = (
     *("lift_coefficient_N_s2_rad2", "velocity_constant_rpm_V", "resistance_ohm"),
     *("friction_torque_Nm", "viscous_damping_Nm_s_rad", "drag_coefficient_Nm_s2_rad2"),
 )
 """Keys of [rotor] that a bench measures."""
+ORDER = (1, 2, 0, 3, 4, 5)  # of these in a fit: the last four enter linearly
+PER_VOLT_RPM, WINDING_OHM = (1e-3, 1e6), (1e-6, 1e6)  # ranges of the first two
+LOSSES = np.geomspace(0.003, 0.6, 12)  # starting shares of the voltage lost in the winding
 QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
+TOLD = {"thrust": 1, "current": 3, "voltage": 2}  # constants that each quantity tells
 THRUST_PER_POWER = (0.003, 0.5, "N/W")  # usual, by least and most
+MERIT = (0.2, 0.9)  # usual figure of merit, by least and most
 ROUNDS = 3  # fits, each weighted by the residuals of the one before
-LEAST_RESIDUAL = 1e-9  # of a quantity for its weight, over its largest value
+LEAST_RESIDUAL = 1e-9  # standard deviation of a quantity, over its largest value
 
 
 def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
@@ -40,15 +57,18 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
 
     At a steady speed v the thrust is ϱ v², the current (T_f + D_f v + κ0 v²)/κ and the voltage
     R i + κ v, κ = 9.5493/κ_V [1]_; data sheets give ϱ = C_T ρ A r², κ0 = C_Q ρ A r³ with A = π r²,
-    and T_f = κ I_0 with the current I_0 that the motor draws without a load.
+    and T_f = κ I_0 with the current I_0 that the motor draws without a load. Coefficients by n and
+    D are T/(ρ n² D⁴) and P/(ρ n³ D⁵), with n in turns a second.
 
     Parameters
     ----------
     files
         CSV files of bench tests at steady speeds: ``speed_rad_s`` (or ``speed_rpm``),
         ``thrust_N`` (or ``thrust_g``), ``current_A``, ``voltage_V`` across the motor. Or one file
-        with a single line of data of propeller and motor: ``thrust_coefficient``,
-        ``torque_coefficient``, ``radius_m``, ``air_density_kg_m3`` and, if known,
+        with a single line of data of propeller and motor: ``thrust_coefficient`` and
+        ``torque_coefficient``, or by n and D, as UIUC and APC publish them,
+        ``thrust_coefficient_nD`` and ``power_coefficient_nD`` (or ``torque_coefficient_nD``);
+        ``radius_m``, ``air_density_kg_m3`` and, if known,
         ``velocity_constant_rpm_V``, ``resistance_ohm``, ``no_load_current_A``.
 
     Returns
@@ -102,11 +122,12 @@ def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
     """Constants from the data of propeller and motor."""
     data = {name: float(values[0]) for name, values in table.numbers.items()}
     disc_kg = data["air_density"] * math.pi * data["radius"] ** 3
+    thrust, torque = data["thrust_coefficient"], data["torque_coefficient"]
     constants = {
-        KEYS[0]: (data["thrust_coefficient"] * disc_kg * data["radius"], "C_T ρ A r²"),
-        KEYS[5]: (data["torque_coefficient"] * disc_kg * data["radius"] ** 2, "C_Q ρ A r³"),
+        KEYS[0]: (thrust * disc_kg * data["radius"], "C_T ρ A r²"),
+        KEYS[5]: (torque * disc_kg * data["radius"] ** 2, "C_Q ρ A r³"),
     }
-    warnings = list(table.doubts())
+    warnings = [*table.doubts(), *_merit_doubts(thrust, torque)]
     columns = {KEYS[1]: "velocity_constant", KEYS[2]: "resistance"}
     constants |= {key: (data[name], "as stated") for key, name in columns.items() if name in data}
     if {"velocity_constant", "no_load_current"} <= data.keys():
@@ -118,6 +139,18 @@ def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
     return Fit("rotor", sources, "data of a propeller and its motor", values, (), tuple(warnings))
 
 
+def _merit_doubts(thrust_coefficient: float, torque_coefficient: float) -> Iterator[str]:
+    """Doubt a ratio of the ideal power to the power in hover that no propeller has."""
+    merit = math.sqrt(0.5 * thrust_coefficient**3) / torque_coefficient
+    least, most = MERIT
+    if not least <= merit <= most:
+        yield (
+            f"the figure of merit, C_T^1.5 / (√2 C_Q), is {merit:.2f}, where a UAV has {least:g} "
+            f"to {most:g}: look at both coefficients; those by n and D, as in T = C_T ρ n² D⁴, go "
+            "under thrust_coefficient_nD and power_coefficient_nD"
+        )
+
+
 def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit:
     """Constants that fit thrust, current and voltage over the speed."""
     measured = {
@@ -125,26 +158,7 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
     }
     speed, count = measured["speed"], len(measured["speed"])
     largest = {name: float(np.max(values)) for name, values in measured.items()}
-    weights = {name: 1.0 / largest[name] for name in QUANTITIES}
-
-    def residuals(values: Floats) -> Floats:
-        model = _model(values, speed)
-        left = [weights[name] * (model[name] - measured[name]) for name in QUANTITIES]
-        return np.concatenate(left)
-
-    keys = tuple(f"rotor.{key}" for key in KEYS)
-    # A usual motor at the fastest point: a tenth of the voltage is lost in the winding; 1 % of the
-    # torque in friction, 30 % in damping.
-    v, thrust, i, e = (float(values[np.argmax(speed)]) for values in measured.values())
-    torque = 0.9 * e / v * i
-    propeller = (0.01 * torque, 0.3 * torque / v, 0.69 * torque / v**2)
-    start = (thrust / v**2, rotor.RPM_PER_RAD_S / (0.9 * e / v), 0.1 * e / i, *propeller)
-    estimated = estimate(keys, residuals, [start])
-    for _ in range(ROUNDS - 1):
-        for name, part in zip(QUANTITIES, np.split(estimated.residuals, 3), strict=True):
-            left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
-            weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
-        estimated = estimate(keys, residuals, [estimated.values.tolist()])
+    estimated = _estimate(measured)
     fitted, at_words = _model(estimated.values, speed), "speed of the rotor $v$ [rad/s]"
     panels = (
         curve(name, unit, measured[name], fitted[name], speed, at_words)
@@ -154,12 +168,62 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
     per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
     doubts += csv.unit_doubts("the thrust per power", per_W, "thrust", "force", THRUST_PER_POWER)
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
-    values = (*estimated.stated(f"fitted to {count} points"), fastest)
+    lift, *electric = estimated.stated(f"fitted to {count} points")
+    if not any(value.determined for value in electric):  # then those of the mission go together
+        electric = [replace(value, stated=False) for value in electric]
+    values = (lift, *electric, fastest)
     data, warnings = f"{count} points of a bench test at steady speed", dict.fromkeys(doubts)
     return Fit("rotor", sources, data, values, tuple(panels), (*estimated.warnings, *warnings))
 
 
-def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:
+def _estimate(measured: Mapping[str, Floats]) -> Estimate:
+    """The constants in the order of their keys, with residuals in standard deviations.
+
+    For given κ_V and R the model is linear in the other constants.
+    """
+    speed, keys = measured["speed"], [f"rotor.{key}" for key in KEYS]
+    spreads = {name: np.full(len(speed), np.max(measured[name])) for name in QUANTITIES}
+
+    def scaled(values: Mapping[str, Floats]) -> Floats:
+        return np.concatenate([values[name] / spreads[name] for name in QUANTITIES], axis=-1)
+
+    def columns(others: Floats) -> tuple[Floats, Floats]:
+        lift, *torques = np.hstack([np.zeros((4, 1)), np.identity(4)])[..., None]
+        none, *ones = scaled(_model((lift, *others, *torques), speed))
+        return np.stack(ones, axis=1) - none[:, None], scaled(measured) - none
+
+    ordered = [keys[place] for place in ORDER]
+    linear = [allowed.ge or 0.0 for key in ordered[2:] if (allowed := number(key))]
+    problem = separable.Problem(columns, (PER_VOLT_RPM, WINDING_OHM), linear)
+    best = problem.best(_starts(measured))
+    for _ in range(ROUNDS - 1):
+        parts = np.split(best.residuals, len(QUANTITIES))
+        for (name, told), part in zip(TOLD.items(), parts, strict=True):
+            spreads[name] = _spread(spreads[name] * part, measured[name], len(speed) - told)
+        best = problem.least(best.values[:2])
+    freedom = len(speed) - max(TOLD.values())
+    return separable.estimate(ordered, problem, best, freedom).ordered(keys)
+
+
+def _spread(residuals: Floats, observed: Floats, freedom: int) -> Floats:
+    """Standard deviations that are one, or in proportion to the values, as is likelier."""
+    shapes = np.stack([np.full(len(observed), np.max(observed)), observed])
+    sizes = np.linalg.norm(residuals / shapes, axis=1) / math.sqrt(freedom)
+    spreads = np.maximum(sizes, LEAST_RESIDUAL)[:, None] * shapes
+    likeliest: Floats = spreads[np.argmin(np.sum(np.log(spreads), axis=1))]
+    return likeliest
+
+
+def _starts(measured: Mapping[str, Floats]) -> Iterator[tuple[float, float]]:
+    """κ_V and R of motors that lose some share of the voltage in the winding at full speed."""
+    fastest = int(np.argmax(measured["speed"]))
+    v, _, i, e = (float(values[fastest]) for values in measured.values())
+    for lost in LOSSES.tolist():
+        per_volt_rpm, winding_ohm = rotor.RPM_PER_RAD_S * v / ((1.0 - lost) * e), lost * e / i
+        yield float(np.clip(per_volt_rpm, *PER_VOLT_RPM)), float(np.clip(winding_ohm, *WINDING_OHM))
+
+
+def _model(values: Iterable[Any], speed_rad_s: Floats) -> dict[str, Floats]:
     """Thrust [N], current [A] and voltage [V] at steady speeds."""
     constants = dict(zip(KEYS, values, strict=True))
     motor = rotor.Motor(**constants, inertia_kg_m2=0.0, max_speed_rad_s=math.inf)

@@ -194,15 +194,14 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     if again := count - len(different):
         repeat = f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
         warnings.append(f"{repeat}: state it as a check, or the intervals are too narrow")
-    blind = {*estimated.undetermined}
-    sure = [key for key, factors in tied.items() if blind.isdisjoint(factors)]
+    values = estimated.stated(f"fitted to {counted(count, 'number')} of the table")
+    sure = [key for key in tied if any(value.stated for value in values)]
     settings = {**table.stated.known, **{key: rounded(value_of(mission, key)) for key in sure}}
     fitted, predicted = counted(count, "number"), f"{roles.count('predicted')} predicted"
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
     data = (
         f"{fitted} of the table fitted by {counted(len(free), 'free key')}{repeated}, {predicted}"
     )
-    values = estimated.stated(f"fitted to {fitted} of the table")
     parts = data, values, tuple(_panels(pairs, roles)), tuple(warnings)
     return Fit("table", (str(paths[0]),), *parts, settings=settings, extends=table.base)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from optuav.cli.output import check_places, command, deliver
+from optuav.errors import Fault, InputError, shown
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -26,8 +27,8 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
-    from optuav.mission import load
     from optuav.mission.files import must_be_new, write_text
+    from optuav.mission.load import load, must_load
 
     if extends is not None:
         load(extends)  # refused before the work
@@ -39,7 +40,14 @@ def calibrate(
     found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files)
     written = []
     if save is not None:
-        write_text(save, found.to_toml(extends, save))
+        text = found.to_toml(extends, save)
+        try:
+            must_load(text, save)
+        except InputError as error:
+            base = shown(found.extends if extends is None else extends)
+            words = "a mission on which these values load; nothing is written"
+            raise InputError([*error.faults, Fault("extends", base, words)]) from None
+        write_text(save, text)
         written.append(save)
     if plot is not None and found.panels:
         from optuav import plots
@@ -60,7 +68,9 @@ def _found(found: Fit) -> Iterator[str]:
     tables: dict[str, list[Sequence[str]]] = {}
     for value in found.values:
         name, _, key = value.key.partition(".")
-        row = value.written(" – ") if value.determined else ["?", "not determined"]
+        row = value.written(" – ")
+        if not value.determined:
+            row = [row[0] if value.stated else "?", "not determined"]
         rows = tables.setdefault(name, [(f"[{name}]", "value", "95 % between")])
         rows.append((key, *row, *(["–"] if value.determined and not value.interval else [])))
     for rows in tables.values():

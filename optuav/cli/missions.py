@@ -193,8 +193,8 @@ def missions(of_the_set: bool = False, as_json: bool = False) -> None:
 
 def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
     """Write a mission file that explains every key."""
-    from optuav.mission import load
     from optuav.mission.files import STANDARD, check_place, ending_of, must_be_new, write_text
+    from optuav.mission.load import load, must_load
     from optuav.mission.template import template
 
     ending_of(file, ".toml", "", name="FILE")
@@ -212,7 +212,9 @@ def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
         )
         mission, remarks = load(source), ()
     name = "mission" if file == STANDARD else file.stem
-    write_text(file, template(mission, name, remarks, file))
+    text = template(mission, name, remarks, file)
+    must_load(text, file)
+    write_text(file, text)
     if file != STANDARD:
         say(f"wrote {file}; next: optuav validate {file}")
 

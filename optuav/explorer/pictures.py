@@ -84,10 +84,10 @@ def _speed(program: Program, plan: Plan, building: str | None) -> Data:
     return {
         "title": "Power over air speed",
         "speed_m_s": np.round(curve.speeds_m_s, 3).tolist(),
-        "power_W": np.round(curve.power_W, 1).tolist(),
+        "power_W": np.round(curve.rotor_power_W, 1).tolist(),
         "marks": marks,
         "notes": [],
-        "axes": [*map(rounded_up, (float(curve.speeds_m_s[-1]), float(curve.power_W.max())))],
+        "axes": [*map(rounded_up, (float(curve.speeds_m_s[-1]), float(curve.rotor_power_W.max())))],
     }
 
 

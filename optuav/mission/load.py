@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError, collected, safe_name
-from optuav.mission.files import STANDARD, beside, label, read_toml, refusal
+from optuav.mission.files import STANDARD, beside, label, parse_toml, read_toml, refusal
 from optuav.mission.messages import nearest, of_kind, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
@@ -64,6 +64,12 @@ def _loaded(source: str | Path) -> Mission:
     """The mission of a file."""
     content, faults, whole = _read(source, Path(), {})
     return validate(Mission, content, faults, whole=whole)
+
+
+def must_load(text: str, file: Path) -> None:
+    """Refuse the text of a mission that could not be loaded from its file."""
+    content, faults, whole = _joined(parse_toml(text, label(file)), file, label(file), {})
+    validate(Mission, content, faults, whole=whole)
 
 
 def is_name(source: str) -> bool:
@@ -129,9 +135,17 @@ def _read(
         path = beside(directory, source)
         name = label(path)
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
-    document, real = read_toml(path, hint=hint), os.path.realpath(path)
+    document = read_toml(path, hint=hint)
     if {"mission", "stops"} <= document.keys():
         raise refusal(path, "is an itinerary, not a mission; optuav audit takes it")
+    return _joined(document, path, name, above)
+
+
+def _joined(
+    document: Document, path: Path, name: str, above: dict[str, str]
+) -> tuple[StatedMission, list[Fault], bool]:
+    """Put the content of a file on top of the mission that it extends, see `_read`."""
+    real = os.path.realpath(path)
     if real in above:
         circle = " -> ".join([*above.values(), name])
         raise InputError(f"a file that does not lead back to one before it: {circle}")

@@ -367,7 +367,9 @@ class RotorDatasheet(Drone):
         }
         flight = {f"flight.{name}": value for name, value in keys.items()}
         body = {"mass_kg": round(mass_kg, 6), "gravity_m_s2": GRAVITY_M_S2}
-        return self.placed({"body": body, **flight})
+        # The radio adds to the power of this model, unlike to the loads of regimes.
+        radio = {"link.transmit_voltage_V": round(self.voltage_V, 3)}
+        return self.placed({"body": body, **radio, **flight})
 
     @property
     def assumed(self) -> str:
@@ -375,5 +377,6 @@ class RotorDatasheet(Drone):
         climb, descent, gain = MOTION.values()
         return (
             f"{gain:g} m/s² of acceleration, {climb:g} m/s up and {descent:g} m/s down, air of "
-            f"1.225 kg/m³, and rotors with {self.efficiency:.0%} of the battery's power"
+            f"1.225 kg/m³, rotors with {self.efficiency:.0%} of the battery's power, and a radio "
+            "fed by the pack"
         )

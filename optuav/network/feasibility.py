@@ -21,6 +21,8 @@ from optuav.network.variants import stacked
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
 
+MOST_RADIO = 0.1  # Share of the hover's current above which a radio is doubted
+
 
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons why no route can be flown, with one stop or else with any number of them."""
@@ -110,10 +112,26 @@ def advice(mission: Mission) -> Iterator[str]:
     if battery.charge_current_A > recommended_A:
         stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
         yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
+    yield from _radio_doubt(mission)
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names and mission.laser is not None:
         yield f"the laser does not see {listed(names)}: no charging there"
+
+
+def _radio_doubt(mission: Mission) -> Iterator[str]:
+    """Doubt a radio that draws a large share of the hover: its voltage may not be the pack's."""
+    model, radio, pack_V = flight_of(mission), mission.link, mission.battery.nominal_voltage_V
+    radio_A = radio.transmit_power_W / radio.transmit_voltage_V
+    hover_A = float(model.hover().current_A)
+    if not model.radio_included and radio_A > MOST_RADIO * hover_A:
+        yield (
+            f"the radio draws {radio_A:.4g} A (link.transmit_power_W = "
+            f"{radio.transmit_power_W:g} W at link.transmit_voltage_V = "
+            f"{radio.transmit_voltage_V:g} V), more than a tenth of the {hover_A:.4g} A of "
+            f"hovering; a radio fed by the pack has its voltage, battery.nominal_voltage_V = "
+            f"{pack_V:g} V"
+        )
 
 
 class Figure(NamedTuple):

@@ -16,7 +16,8 @@ from optuav.mission.messages import several, shown
 from optuav.plan.summary import tabulated
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
-UNITS = {"speed_m_s": "m/s", "power_W": "W", "current_A": "A"}
+UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W", "current_A": "A"}
+HEADS = dict(zip(UNITS, ("speed", "rotor power", "battery power", "current"), strict=True))
 STEPS = 100  # Intervals up to the cap, if no speeds are given
 PRINTED = 11  # Most rows of the printed table
 NAMED = {"best_endurance": "best endurance", "best_range": "best range"}
@@ -29,19 +30,20 @@ class PowerCurve(ResultsWithFacts):
 
     Parameters
     ----------
-    speeds_m_s, power_W, current_A
-        (speed,) air speeds [m/s], the power at the rotors [W], and the battery's current [A].
+    speeds_m_s, rotor_power_W, battery_power_W, current_A
+        (speed,) air speeds [m/s], the power at the rotors [W] (also `power_W`), and the power [W]
+        and the current [A] of the battery; it delivers more by 1 over ``flight.efficiency``.
     hover_power_W
         At the rotors, in the mission's wind [W].
     best_endurance_m_s, best_endurance_power_W, best_range_m_s, best_range_power_W
         Air speeds of least power and of least energy per metre, up to ``flight.max_speed_m_s``, in
-        air at rest [m/s], and the power there [W].
+        air at rest [m/s], and the power at the rotors there [W].
 
     Examples
     --------
     >>> import optuav
     >>> curve = optuav.power_curve("relay-today", [0, 10, 20])
-    >>> curve.power_W.round().tolist(), round(curve.best_endurance_m_s, 1)
+    >>> curve.rotor_power_W.round().tolist(), round(curve.best_endurance_m_s, 1)
     ([764.0, 562.0, 738.0], 12.3)
     """
 
@@ -51,9 +53,19 @@ class PowerCurve(ResultsWithFacts):
         return self._column("speed_m_s")
 
     @property
-    def power_W(self) -> Floats:
+    def rotor_power_W(self) -> Floats:
         """(speed,) power at the rotors [W]."""
-        return self._column("power_W")
+        return self._column("rotor_power_W")
+
+    @property
+    def power_W(self) -> Floats:
+        """(speed,) `rotor_power_W` [W]."""
+        return self.rotor_power_W
+
+    @property
+    def battery_power_W(self) -> Floats:
+        """(speed,) power that the battery delivers [W]."""
+        return self._column("battery_power_W")
 
     @property
     def current_A(self) -> Floats:
@@ -114,7 +126,7 @@ def power_curve(
             raise InputError([Fault("speeds_m_s", shown(speeds.tolist()), SPEEDS)])
     level = flight.power_over_speed(speeds)
     assert level is not None
-    columns = speeds, level.power_W, level.drawn.current_A
+    columns = speeds, level.power_W, level.drawn.power_W, level.drawn.current_A
     rows = labelled_rows(UNITS, np.stack(columns, axis=1).tolist())
     facts = {"hover_power_W": float(level.hover_power_W)}
     for name in NAMED:
@@ -126,13 +138,13 @@ def power_curve(
 def _show(curve: Results) -> Iterator[str]:
     facts = curve.facts
     yield f"Power over air speed: {printable(curve.mission.name)}"
-    yield f"Hover            in the mission's wind  {facts['hover_power_W']:9.2f} W"
+    yield f"Hover            in the mission's wind  {facts['hover_power_W']:9.2f} W at the rotors"
     for name, words in NAMED.items():
         speed, power = facts[f"{name}_m_s"], facts[f"{name}_power_W"]
-        yield f"{words.capitalize():15}{speed:9.2f} m/s in still air  {power:9.2f} W"
+        yield f"{words.capitalize():15}{speed:9.2f} m/s in still air  {power:9.2f} W at the rotors"
     yield ""
     step = -(-(len(curve.rows) - 1) // (PRINTED - 1)) or 1
-    head = [f"{name.partition('_')[0]} [{unit}]" for name, unit in UNITS.items()]
+    head = [f"{HEADS[name]} [{unit}]" for name, unit in UNITS.items()]
     lines = ([f"{value:.2f}" for value in row.values()] for row in curve.rows[::step])
     yield from tabulated([("", *head), *(("", *line) for line in lines)])
 
@@ -142,7 +154,7 @@ def _draw(curve: Results) -> Pictures:
     from optuav.plots import Line, Mark, curves
 
     facts, name = curve.facts, curve.mission.name
-    speeds, powers = ([row[key] for row in curve.rows] for key in ("speed_m_s", "power_W"))
+    speeds, powers = ([row[key] for row in curve.rows] for key in ("speed_m_s", "rotor_power_W"))
     hover = Line("hover, in the mission's wind", [0.0], [facts["hover_power_W"]], "o")
     named = {words: facts[f"{key}_m_s"] for key, words in NAMED.items()}
     ax = curves(

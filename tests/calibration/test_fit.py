@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from optuav.arrays import Floats
 from optuav.calibration import Fit, Value
-from optuav.calibration.fit import ConfidenceInterval, estimate
+from optuav.calibration.fit import ConfidenceInterval, Estimate, estimate
 from optuav.mission import load
 
 
@@ -112,11 +112,30 @@ def test_of_equally_good_optima_none_is_stated() -> None:
     assert both.values == pytest.approx([1.0])
 
 
+@pytest.mark.parametrize(
+    ("undetermined", "always", "written"),
+    [((), False, 2), (("a.y",), False, 2), (("a.x", "a.y"), False, 0), (("a.x", "a.y"), True, 2)],
+)
+def test_values_of_one_fit_are_stated_together_or_not_at_all(
+    undetermined: tuple[str, ...], always: bool, written: int
+) -> None:
+    """One of two beside the other value of a base follows no data."""
+    estimated = Estimate(
+        ("a.x", "a.y"), np.array([1.5, 2.5]), np.zeros(3), 1.0, (None, None), undetermined
+    )
+    fit = Fit("kibam", (), "few", estimated.stated("fitted", always=always), ())
+    assert len(fit.changes) == written
+    table = tomllib.loads(fit.to_toml()).get("a", {})
+    assert table == ({"x": 1.5, "y": 2.5} if written else {})
+    told = "it holds beside the other fitted values only"
+    assert fit.to_toml().count(told) == (len(undetermined) if written else 0)
+
+
 def test_no_word_of_a_fragment_ends_its_comment(tmp_path: Path) -> None:
     """Names of files, cells and warnings may hold line breaks and other control characters."""
     hostile = "a\nschema = 2\r\x0b\x85\u2028.csv"
     value = Value("battery.capacity_As", 5.0, hostile)
-    unsure = Value("battery.charge_current_A", 5.0, hostile, determined=False)
+    unsure = Value("battery.charge_current_A", 5.0, hostile, determined=False, stated=False)
     fit = Fit("kibam", (hostile,), hostile, (value, unsure), (), (hostile,))
     base = tmp_path / 'we"ird \\name.toml'
     base.write_text("schema = 1\nextends = 'paper'\n")

@@ -467,3 +467,57 @@ def test_bad_data_get_clear_words(text: str, words: str, tmp_path: Path) -> None
     file.write_text(text, "utf-8")
     with pytest.raises(InputError, match=words):
         optuav.fit_kibam([file])
+
+
+def record(path: Path, current_A: float, capacity_As: float, wrong: dict[int, str]) -> Path:
+    """A record of 200 lines of a battery without a second well, some of them wrong."""
+    times_s = np.linspace(0.0, capacity_As / abs(current_A), 200)
+    cells = [wrong.get(n, f"{current_A}") for n in range(200)]
+    rows = [f"{t:.3f},{cell}" for t, cell in zip(times_s, cells, strict=True)]
+    path.write_text("\n".join(["time_s,current_A", *rows]), "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("value", ["-1", "655.35"])
+def test_unknown_currents_of_a_record_are_left_out(value: str, tmp_path: Path) -> None:
+    """The charge drawn is that of the known ones; averaged, it would be half or 17 times as much.
+
+    At the start, in the middle, and at the end, where only the time counts.
+    """
+    places = dict.fromkeys((0, 1, *range(60, 150), 199), value)
+    files = [
+        record(tmp_path / f"{current_A}.csv", current_A, 10_000.0, places)
+        for current_A in (3.0, 10.0, 20.0, 30.0)
+    ]
+    found = optuav.fit_kibam(files)
+    capacity = by_key(found)["capacity_As"].interval
+    assert capacity is not None
+    assert capacity.low <= 10_000.0 * 1.001
+    assert found.panels[0].fitted == pytest.approx(found.panels[0].observed, rel=0.01)
+    told = [words for words in found.warnings if "unknown" in words]
+    assert len(told) == 4
+    assert "3.0.csv: 92 of 200 lines are left out: their current is" in told[0]
+
+
+@pytest.mark.parametrize("pause_A", ["0", "0.5"])
+def test_records_of_the_opposite_sign_get_one_sentence_each(pause_A: str, tmp_path: Path) -> None:
+    """Also where a charge in the pauses is positive then, and one discharge is at −1 A."""
+    places = dict.fromkeys(range(100, 200), pause_A)
+    files = [
+        record(tmp_path / f"{current_A}.csv", current_A, 10_000.0, places)
+        for current_A in (-1.0, -3.0, -10.0, -30.0)
+    ]
+    with pytest.raises(InputError) as raised:
+        optuav.fit_kibam(files)
+    faults = raised.value.faults
+    assert len(faults) == 4
+    assert all("positive is discharge" in fault.allowed for fault in faults)
+    assert "e+" not in str(raised.value)
+
+
+def test_a_load_that_charges_more_than_it_draws_is_refused(tmp_path: Path) -> None:
+    """A battery that gains charge never runs dry; the load is named."""
+    text = "load,current_A,duration_s,lifetime_s\na,-10,60,600\na,2,60,600\n"
+    (tmp_path / "bad.csv").write_text(f"{text}b,5,,500\nc,2,,1500\n", "utf-8")
+    with pytest.raises(InputError, match="more discharge than charge in a: positive is discharge"):
+        optuav.fit_kibam([tmp_path / "bad.csv"])

@@ -192,7 +192,88 @@ def test_wrong_units_are_doubted(tmp_path: Path) -> None:
     found = optuav.fit_regimes([file])
     for words in ("the largest current is 20001 A", "the largest voltage is 22000 V"):
         assert any(words in warning for warning in found.warnings), words
+    rows = [f"{n},20,0.44,{'hover' if n < 30 else 'flight'}" for n in range(60)]
+    file.write_text("\n".join(["time_s,current_A,power_W,phase", *rows]))
+    assert any(
+        "it may be kW that is meant" in words for words in optuav.fit_regimes([file]).warnings
+    )
     assert "# Warning: the largest current" in found.to_toml()
+
+
+def with_unknown(
+    path: Path, column: str, value: str, *, rest_A: float = 0.4, header: str = ""
+) -> Path:
+    """Hover at 15 A and 22 V, flight at 20 A, rest; in hover, 100 lines of 200 are unknown."""
+    random, rows = np.random.default_rng(6), list[str]()
+    for n in range(500):
+        phase, mean_A = ("hover", 15.0) if n < 200 else ("flight", 20.0)
+        phase, mean_A = (phase, mean_A) if n < 400 else ("rest", rest_A)
+        cells = {"current": f"{mean_A + 0.1 * random.standard_normal():.4f}", "voltage": "22.0"}
+        cells |= {column: value} if 50 <= n < 150 else {}
+        rows.append(f"{n},{cells['current']},{cells['voltage']},{phase}")
+    head = header or "time_s,current_A,voltage_V,phase"
+    path.write_text("\n".join([head, *rows]), "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("current", "-1", "their current is -1 A, which means unknown"),
+        ("current", "-1.000", "their current is -1 A, which means unknown"),
+        ("current", "-0.01", "their current is -0.01 A, which means unknown"),
+        ("current", "655.35", "their current is 655.35 A, which means unknown"),
+        ("voltage", "65.535", "their voltage is 65.535 V, which means unknown"),
+    ],
+)
+def test_values_that_mean_unknown_are_left_out_and_counted(
+    column: str, value: str, words: str, tmp_path: Path
+) -> None:
+    """Averaged, 100 of 200 lines at -1 A would make 7 A of 15 A, at 655.35 A 335 A."""
+    found = optuav.fit_regimes([with_unknown(tmp_path / "log.csv", column, value, rest_A=5.0)])
+    assert found.changes["flight.hover_current_A"] == pytest.approx(15.0, rel=0.005)
+    assert found.changes["flight.hover_power_W"] == pytest.approx(330.0, rel=0.005)
+    (told,) = [each for each in found.warnings if "unknown" in each]
+    assert told.endswith(f"log.csv: 100 of 500 lines are left out: {words}")
+    assert f"# Warning: {told}" in found.to_toml()
+
+
+def test_a_voltage_of_65535_millivolts_is_unknown(tmp_path: Path) -> None:
+    file = with_unknown(tmp_path / "log.csv", "voltage", "65535")
+    rows = file.read_text().replace(",22.0,", ",22000,").splitlines()
+    file.write_text("\n".join(["time_s,current_A,voltage_mV,phase", *rows[1:]]), "utf-8")
+    found = optuav.fit_regimes([file])
+    assert found.changes["flight.hover_power_W"] == pytest.approx(330.0, rel=0.005)
+
+
+def test_left_out_lines_weigh_as_before(tmp_path: Path) -> None:
+    """The lines beside a gap stand for their own time, not for that of the gap."""
+    file = with_unknown(tmp_path / "log.csv", "current", "-1")
+    lines = file.read_text().splitlines()
+    seen = [float(row.split(",")[1]) for row in (*lines[1:51], *lines[151:201])]
+    found = optuav.fit_regimes([file]).changes
+    assert found["flight.hover_current_A"] == pytest.approx(np.mean(seen), rel=1e-6)
+
+
+def test_a_charge_of_one_ampere_is_a_measurement(tmp_path: Path) -> None:
+    """Exactly −1 A in the laser's light; a sensor that is off by a little measures −0.01 A."""
+    rows = [f"{n},{20 + n % 2},22,hover" for n in range(30)]
+    rows += [f"{n},-1,22,charge" for n in range(30, 60)]
+    rows += [f"{n},{(-0.01, -0.02, 0.33)[n % 3]},22,rest" for n in range(60, 90)]
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
+    found = optuav.fit_regimes([file])
+    values = {value.key: value.value for value in found.values}
+    assert values["flight.charge_current_A"] == pytest.approx(1.1, abs=1e-9)
+    assert not any("unknown" in words for words in found.warnings)
+
+
+def test_a_log_of_unknown_values_only_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{n},{20 if n < 5 else 655.35},22,hover" for n in range(30)]
+    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
+    with pytest.raises(InputError, match=r"at least 10 lines of known values.*25 of 30 lines"):
+        optuav.fit_regimes([file])
 
 
 RECORDS = 400

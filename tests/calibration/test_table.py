@@ -137,9 +137,24 @@ def test_free_keys_that_nothing_determines_are_named(tmp_path: Path) -> None:
     assert "hover_current_A" in warning
     assert "charge_current_A" in warning
     assert "acceleration_m_s2" not in warning
-    assert "flight.hover_current_A" not in found.changes
-    assert "flight.charge_power_W" not in found.changes
-    assert "# hover_current_A = " in found.to_toml()
+
+
+def test_keys_that_are_not_apart_are_stated_together(tmp_path: Path) -> None:
+    """On top of any mission the fitted ones meet the table, with the tied one at their product."""
+    text = re.sub(r'\[\[rows\]\]\nname = "39 000.*?\n\n', "", FILE.read_text("utf-8"), flags=re.S)
+    start = "[free]\nflight.acceleration_m_s2 = 10\n"
+    file = tmp_path / "table.toml"
+    file.write_text(text.replace(start, "flight.acceleration_m_s2 = 12.2349\n[free]\n"), "utf-8")
+    found = optuav.fit_table([file])
+    unsure = [value.key for value in found.values if not value.determined]
+    assert {"flight.hover_current_A", "flight.charge_current_A"} <= {*unsure} <= {*found.changes}
+    charge_W = (
+        found.changes["flight.charge_current_A"] * optuav.load("paper").battery.nominal_voltage_V
+    )
+    assert found.changes["flight.charge_power_W"] == pytest.approx(charge_W, rel=1e-6)
+    (tmp_path / "new.toml").write_text(found.to_toml(file=tmp_path / "new.toml"), "utf-8")
+    plan = optuav.solve(optuav.load(tmp_path / "new.toml"), "P3", slot_s=1, perspective="battery")
+    assert plan.hover_time_s == 950.0
 
 
 def test_all_faults_of_a_statement_at_once(tmp_path: Path) -> None:

@@ -73,6 +73,36 @@ def test_extends_another_mission(tmp_path: Path) -> None:
     assert optuav.load(file).limits.deadline_s == 777
 
 
+STEADY = ("0,168.9", "4,149.1", "8,129.9", "10,126.3", "12,127.2", "16,145.0", "20,179.4")
+
+
+@pytest.mark.parametrize(
+    ("kind", "base", "words"),
+    [
+        ("rotary-wing", "paper", "flight.climb_speed_m_s: is missing"),
+        ("rotary-wing", "matrice350", "body: is missing; a table [body]"),
+        ("regimes", "paper", "flight.acceleration_m_s2: is missing"),
+        ("rotor", "relay-today", "rotor = a table: not with flight.model"),
+    ],
+)
+def test_a_mission_that_would_not_load_is_not_written(
+    kind: str, base: str, words: str, tmp_path: Path
+) -> None:
+    """Exit code 2, every fault, the mission that it should extend, and no file."""
+    data, file = tmp_path / "data.csv", tmp_path / "new.toml"
+    data.write_text("\n".join(["speed_m_s,power_W", *STEADY, "24,231.3"]), "utf-8")
+    if kind == "regimes":
+        rows = [f"{n},{20 + n % 2},22,{('hover', 'flight')[n // 20]}" for n in range(40)]
+        data.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
+    if kind == "rotor":
+        data = DATA / "propeller.csv"
+    told = refused("calibrate", kind, str(data), "--extends", base, "--save", str(file))
+    assert words in told
+    assert f"--extends = '{base}': a mission on which these values load; nothing is written" in told
+    assert not file.exists()
+    assert run("calibrate", kind, str(data), "--extends", base).code == 0
+
+
 def test_json_has_everything() -> None:
     told = json.loads(run("calibrate", "rotor", str(DATA / "bench.csv"), "--json").out)
     assert told["kind"] == "rotor"

@@ -363,6 +363,10 @@ def test_19_fit_a_battery(ran: Any) -> None:
     assert ran.life_s["with pauses"]["large"] > 1.05 * ran.life_s["with pauses"]["small"]
     assert ran.plans[0].hover_time_s == ran.plans[1].hover_time_s  # Coulombs know of no wells
     assert ran.plans[1].runs_dry_s < ran.plans[0].runs_dry_s
+    head, row = (Path(ran.folder) / "propeller.csv").read_text("utf-8").splitlines()[2:]
+    sheet = dict(zip(head.split(","), map(float, row.split(",")), strict=True))
+    thrust, torque = sheet["thrust_coefficient"], sheet["torque_coefficient"]
+    assert math.isclose(thrust**1.5 / (math.sqrt(2.0) * torque), 1.0, rel_tol=1e-3)
 
 
 @soak

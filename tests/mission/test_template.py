@@ -14,7 +14,10 @@ from pydantic import BaseModel
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.template import INSTEAD, Datasheet, template
+from optuav.mission.flight_model import flight_of
+from optuav.mission.template import INSTEAD, Datasheet, RotorDatasheet, template
+from optuav.network.feasibility import advice
+from optuav.network.vehicle import hover_load
 from tests.examples import few
 from tests.mission.strategies import NAMES, missions
 
@@ -101,6 +104,17 @@ def test_currents_empty_the_packs_in_the_stated_times() -> None:
     assert mission.battery.capacity_As == pytest.approx(21600.0)
     assert mission.battery.charge_current_A == pytest.approx(12.0)
     assert mission.limits.min_soc == pytest.approx(0.2)
+
+
+def test_a_sheet_of_rotors_feeds_the_radio_by_the_pack() -> None:
+    """At 1 V, as in the mission of the places, 5 W would be 5 A in place of 0.23 A."""
+    rotors: dict[str, Any] = {"rotor_radius_m": 0.2, "blade_solidity": 0.05, "tip_speed_m_s": 120}
+    common = {"mass_kg": 2.04, "cells": 6, "capacity_mAh": 5000, "cruise_speed_m_s": 20}
+    mission = RotorDatasheet(**common, **rotors, drag_ratio=0.3).mission()
+    assert mission.link.transmit_voltage_V == pytest.approx(22.2)
+    assert not any("radio" in words for words in advice(mission))
+    drawn, hovering = hover_load(mission), flight_of(mission).hover()
+    assert drawn.current_A - hovering.current_A == pytest.approx(5.0 / 22.2)
 
 
 def test_a_payload_as_heavy_as_three_drones_makes_eight_times_the_power() -> None:

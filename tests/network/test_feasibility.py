@@ -193,6 +193,30 @@ def test_without_a_laser_nothing_is_said_of_the_dark() -> None:
     assert warnings({"laser": None}) == []
 
 
+def test_a_radio_that_draws_more_than_a_tenth_of_the_hover_is_doubted() -> None:
+    """`relay-today` hovers on 24.54 A without its radio: 5 W at 1 V are 5 A, at 2.1 V 2.38 A.
+
+    Loads of regimes include the radio, so that its voltage counts for nothing there.
+    """
+    relay = optuav.load("relay-today")
+    before = [*advice(relay)]
+    assert not any("radio" in words for words in before)
+    added = [
+        words
+        for words in advice(relay.replace({"link.transmit_voltage_V": 1.0}))
+        if words not in before
+    ]
+    (doubt,) = added
+    assert "the radio draws 5 A" in doubt
+    assert "more than a tenth of the 24.54 A of hovering" in doubt
+    assert "link.transmit_voltage_V = 1 V" in doubt
+    assert "battery.nominal_voltage_V = 44.76 V" in doubt
+    assert [*advice(relay.replace({"link.transmit_voltage_V": 2.1}))] == before
+    regimes = optuav.load("matrice350")
+    assert regimes.link.transmit_voltage_V == 1.0
+    assert not any("radio" in words for words in advice(regimes))
+
+
 def test_many_dark_roofs_are_not_all_named() -> None:
     """Ten and an ellipsis."""
     wall = {"name": "wall", "position_m": [1000, 50, 500], "footprint_m": [9000, 10]}

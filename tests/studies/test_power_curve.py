@@ -65,6 +65,18 @@ def test_current_counts_efficiency_and_voltage() -> None:
     assert curve.current_A.tolist() == pytest.approx([expected], abs=1e-5)
 
 
+def test_the_rotors_power_and_the_battery_s_have_two_names() -> None:
+    """In rows, columns and print; no column is named just power."""
+    curve = optuav.power_curve(drone(**{"flight.efficiency": 0.8}), [0.0])
+    (row,) = curve.rows
+    assert [*row] == ["speed_m_s", "rotor_power_W", "battery_power_W", "current_A"]
+    assert row["rotor_power_W"] == pytest.approx(168.48422, abs=1e-5)
+    assert row["battery_power_W"] == pytest.approx(168.48422 / 0.8, abs=1e-5)
+    assert curve.battery_power_W.tolist() == [row["battery_power_W"]]
+    assert "rotor power [W]  battery power [W]" in str(curve)
+    assert "168.48             210.61" in str(curve)
+
+
 def test_the_cap_binds_named_speeds() -> None:
     """With a cap of 9 m/s both are 9 m/s, and the default speeds end there."""
     curve = optuav.power_curve(drone(**{"flight.max_speed_m_s": 9.0}))
