@@ -23,6 +23,7 @@ from optuav.mission import Mission
 from optuav.modelling.expression import Indexed
 from optuav.modelling.mathml import MathML, as_element
 from optuav.modelling.model import Model
+from optuav.physics.kibam import Wells
 from optuav.plan.display import Levels, picture
 
 EVIL = """<script>alert("b1")</script><img src=x onerror='a()'>&amp;$\\href{javascript:a}{b}$"""
@@ -283,7 +284,7 @@ def test_a_long_plan_has_a_short_picture() -> None:
     """However many moments there are, the first and the last are drawn, and few between them."""
     time_s = np.linspace(0.0, 50.0, 12_345)
     course = Levels(time_s, 80.0 - time_s, np.full_like(time_s, 20.0))
-    page = tostring(picture(course, [("flight", 0.0, 50.0)], 100.0), encoding="unicode")
+    page = tostring(picture(course, [("flight", 0.0, 50.0)], Wells(80.0, 20.0)), encoding="unicode")
     bound, available = polygons(page)
     assert len(bound) == len(available) < 1000
     assert available[0] == (46.0, 20.0)  # 100 % on the left

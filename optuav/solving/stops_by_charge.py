@@ -21,6 +21,7 @@ from optuav.network.timeline import stay_net
 from optuav.network.variants import stacked
 from optuav.options import Perspective
 from optuav.search.branch import TIE_S, SearchResult, Stops
+from optuav.silence import silent
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import affine_charge, balance, longest_by_balance
 
@@ -109,12 +110,11 @@ def _longest_stays(known: _Sequences, number: int) -> Floats | None:
     scale = np.abs(worth).max(initial=0.0) or 1.0
     rows = np.vstack([-before * worth / scale, np.ones(stays)])
     limits = np.append(known.spare[: stays + 1, number] / scale, known.left_s[number])
-    longest: Any = linprog(-1.0 * hovers, A_ub=rows, b_ub=limits, method="highs")
-    if longest.status != 0:
-        return None
-    held, hover_s = (-1.0 * hovers)[None], -float(longest.fun)
-    shortest: Any = linprog(
-        1.0 * ~hovers, A_ub=np.vstack([rows, held]), b_ub=[*limits, -hover_s], method="highs"
-    )
+    with silent():
+        longest: Any = linprog(-1.0 * hovers, A_ub=rows, b_ub=limits, method="highs")
+        if longest.status != 0:
+            return None
+        held, hover_s = np.vstack([rows, -1.0 * hovers]), -float(longest.fun)
+        shortest: Any = linprog(1.0 * ~hovers, A_ub=held, b_ub=[*limits, -hover_s], method="highs")
     stays_s: Floats = (shortest if shortest.status == 0 else longest).x
     return stays_s

@@ -64,6 +64,7 @@ def test_paper_has_the_printed_parameters(paper: Mission) -> None:
     assert vars(paper.limits) == {
         "deadline_s": 1200,
         "min_soc": 0.05,
+        "keep_soc": "end",
         "slot_s": 1,
         "outage_probability": 0.01,
         "min_altitude_m": 50,
