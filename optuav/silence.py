@@ -54,7 +54,8 @@ def silent() -> Iterator[None]:
 
     An option of the library is better where there is one; HiGHS greets before it takes any. What
     Python prints meanwhile in other threads still appears, but for streams that were taken from
-    `sys.stdout` before, such as those of loggers.
+    `sys.stdout` before, such as those of loggers, and for a write that another thread has begun
+    when the silence begins.
     """
     if not _is_open():
         yield
