@@ -206,7 +206,8 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
 
 def _draw_packs(ax: Axes, plan: Plan) -> None:
     """Draw the packs of a plan over its phases."""
-    battery, trace = plan.mission.battery, replay(plan).trace
+    battery, replayed = plan.mission.battery, replay(plan)
+    trace = replayed.trace
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=PHASES[phase.kind], alpha=0.13, linewidth=0.0)
     share_As = (
@@ -233,7 +234,8 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     for (low, height), words in ((FLIES, "flies"), (CHARGED, "charged")):
         ax.text(-0.008, low + 0.5 * height, words, fontsize=6.0, **beside)
     turn = f", every {battery.period_s:g} s" if battery.period_s else ""
-    ax.set_title(f"{battery.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
+    title = f"{battery.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s"
+    ax.set_title(title + ", cannot be flown" * (not replayed.flyable))
 
 
 def _colour(number: int) -> str:

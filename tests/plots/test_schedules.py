@@ -72,6 +72,14 @@ def test_a_panel_a_plan_and_a_line_a_pack(drawn: Sequence[Axes]) -> None:
         thick(drawn[0], PINK)
 
 
+def test_a_plan_that_cannot_be_flown_is_called_so() -> None:
+    paper = optuav.load("paper").replace({"battery.schedule": "sequential"})
+    charge_only = optuav.solve(paper, "P3", perspective="battery")
+    flyable = optuav.solve(paper, "P3", perspective="available", slot_s=50.0)
+    titles = [ax.get_title(loc="left") for ax in plots.packs([charge_only, flyable])]
+    assert [title.endswith(", cannot be flown") for title in titles] == [True, False]
+
+
 def test_a_pack_seen_empty_is_marked_when_it_is(
     plans: list[optuav.Plan], drawn: Sequence[Axes]
 ) -> None:
