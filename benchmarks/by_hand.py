@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
+from optuav.laser.fits import Fits, Laser
 from optuav.mission import Mission
-from optuav.mission.beams.fits import Fits
-from optuav.mission.schema import Laser
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.timeline import stay_net
@@ -215,7 +214,7 @@ class ByHand:
         speed = np.sqrt(np.sqrt(pull) / (4.0 * motor.lift_coefficient_N_s2_rad2))
         lx, ly, lz = (h - p for h, p in zip(hover_m, laser.position_m, strict=True))
         light = laser.emitter_slope * laser.power_W + laser.emitter_offset_W
-        fog = float(Fits(mission).attenuation_per_km) / 1000.0
+        fog = float(Fits.of(mission).attenuation_per_km) / 1000.0
         arrives = np.exp(-fog * np.sqrt(lx * lx + ly * ly + lz * lz))
         received = laser.receiver_slope * arrives * light + laser.receiver_offset_W
         nominal_V = mission.battery.nominal_voltage_V

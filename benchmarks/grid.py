@@ -12,7 +12,6 @@ from benchmarks.timing import Row, median_s
 from formulations.algorithms import algorithm1, best_pair
 from optuav.engines import grid
 from optuav.mission import load
-from optuav.network import vehicle
 from optuav.network.timeline import route_phases
 from optuav.physics import kibam
 from optuav.solving import formulate
@@ -26,7 +25,7 @@ def run() -> list[Row]:
     )
     (part,) = program.parts
     route, given = int(part.routes[0]), part.model.row(0)
-    pool = vehicle.pool(mission)
+    pool = mission.pool
     time_left_s = given["deadline_s"] - given["flight_time_s"]
 
     def through_phases(hover_s: float, rest_s: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
-from optuav.mission.tables import of_polygons
+from optuav.mission.building_columns import of_polygons
 
 Outline: TypeAlias = tuple[tuple[int, int], ...]
 

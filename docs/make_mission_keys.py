@@ -12,12 +12,14 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from optuav.fields import RATE_PER_MINUTE, MissionSection
+from optuav.flight.model import FlightTable
+from optuav.flight.rotors import Rotors
+from optuav.laser.beam import LaserTable
+from optuav.laser.fits import CONVERSIONS
 from optuav.mission import Mission
-from optuav.mission.flight_model import FlightTable
-from optuav.mission.flights.rotors import Rotors
 from optuav.mission.forms import CHOICES, TABLES, KeyedForms, forms
 from optuav.mission.messages import allowed
-from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, LaserTable, MissionSection
 
 PAGE = Path(__file__).parent / "mission-keys.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"

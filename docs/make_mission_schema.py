@@ -11,11 +11,12 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from optuav.fields import RATE_PER_MINUTE
+from optuav.flight.model import FLIGHTS
+from optuav.laser.beam import BEAMS
+from optuav.laser.fits import CONVERSIONS
 from optuav.mission import Mission
-from optuav.mission.beam import BEAMS
-from optuav.mission.flight_model import FLIGHTS
-from optuav.mission.forms import CHOICES, TABLES, forms
-from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, SCHEMA, SECTIONS
+from optuav.mission.forms import CHOICES, SCHEMA, SECTIONS, TABLES, forms
 
 FILE = Path(__file__).parents[1] / "optuav" / "mission" / "mission.schema.json"
 

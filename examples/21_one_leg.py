@@ -20,12 +20,12 @@ import numpy as np
 import pandas as pd
 
 import optuav
-from optuav.mission.flights.rotors import Rotors
+from optuav.flight.rotors import Rotors
 from optuav.network import vehicle
 from optuav.physics import rotor, six_stages
 
 mission = optuav.load("paper")
-motor, airframe = Rotors(mission).motor, Rotors(mission).airframe
+motor, airframe = Rotors.of(mission).motor, Rotors.of(mission).airframe
 way_m = np.subtract(vehicle.hover_point_m(mission), mission.route.origin_m)
 leg = six_stages.leg(airframe, motor, tuple(way_m))
 
@@ -149,11 +149,11 @@ answer_1 = ...
 # As above, with the mass of the task; halve the interval of winds.
 import numpy as np
 
-from optuav.mission.flights.rotors import Rotors
+from optuav.flight.rotors import Rotors
 from optuav.network import vehicle
 from optuav.physics import six_stages
 
-airframe, motor = Rotors(task.mission).airframe, Rotors(task.mission).motor
+airframe, motor = Rotors.of(task.mission).airframe, Rotors.of(task.mission).motor
 way_m = np.subtract(vehicle.hover_point_m(task.mission), task.mission.route.origin_m)
 along = way_m / np.linalg.norm(way_m)
 

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 import optuav
-from optuav.mission.beams.fits import Fits
+from optuav.laser.fits import Fits
 from optuav.network import vehicle
 from optuav.physics import laser, link
 
@@ -178,7 +178,7 @@ optuav.plots.curves(
 # $\nu$, and $\nu$ for $d$.
 
 # %%
-conversion = Fits(mission).conversion
+conversion = Fits.of(mission).conversion
 cap_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
 source_W = mission.laser.power_W
 received_W = {
@@ -250,11 +250,11 @@ answer_1 = ...
 # Solve for the share of the light at which the cap is just reached, and then for the visibility.
 import numpy as np
 
-from optuav.mission.beams.fits import Fits
+from optuav.laser.fits import Fits
 from optuav.network import vehicle
 from optuav.physics import laser
 
-hazy, conversion = task.mission, Fits(task.mission).conversion
+hazy, conversion = task.mission, Fits.of(task.mission).conversion
 far_m = np.linalg.norm(np.subtract(vehicle.hover_point_m(hazy), hazy.laser.position_m))
 cap_W = hazy.battery.charge_current_A * hazy.battery.nominal_voltage_V
 low_km, high_km = 0.1, 50.0

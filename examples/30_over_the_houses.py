@@ -163,11 +163,11 @@ answer_1 = ...
 ### BEGIN SOLUTION
 import numpy as np
 
-from optuav.mission.flights.rotors import Rotors
+from optuav.flight.rotors import Rotors
 from optuav.network import vehicle
 from optuav.physics import six_stages
 
-airframe, motor = Rotors(task.mission).airframe, Rotors(task.mission).motor
+airframe, motor = Rotors.of(task.mission).airframe, Rotors.of(task.mission).motor
 way_m = np.subtract(vehicle.hover_point_m(task.mission), task.mission.route.origin_m)
 
 

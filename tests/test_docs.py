@@ -22,8 +22,8 @@ from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import ENGINES
+from optuav.flight import Regimes, RotaryWing, Rotors
 from optuav.mission import Mission
-from optuav.mission.flights import Regimes, RotaryWing, Rotors
 from optuav.mission.forms import TABLES, table_keys
 from optuav.options import Perspective
 from optuav.solving.question import PROBLEMS, problem_of

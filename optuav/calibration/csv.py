@@ -14,9 +14,9 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError, collected, decimal, refuse
+from optuav.fields import short
 from optuav.mission.files import csv_rows, label, read_text
 from optuav.mission.messages import counted, nearest, paths_of, shown
-from optuav.mission.schema import short
 
 Read = TypeVar("Read")
 

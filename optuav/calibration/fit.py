@@ -25,9 +25,9 @@ import tomli_w
 from optuav.arrays import Floats
 from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
+from optuav.mission.forms import SCHEMA
 from optuav.mission.load import shipped
 from optuav.mission.messages import listed, number
-from optuav.mission.schema import SCHEMA
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 FINEST = 1e-9  # least relative distance of an end from its value that decides on digits

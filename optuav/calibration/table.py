@@ -20,10 +20,10 @@ from pydantic import BaseModel, ValidationError
 from optuav.arrays import Floats
 from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.fields import Number
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import beside, label, read_toml
 from optuav.mission.messages import counted, nearest, no_building, number, paths_of, shown, worded
-from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import route_phases
@@ -213,7 +213,7 @@ def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     if row.building:
         itinerary = 1 + 2 * names.index(row.building) + ORDERS.index(row.order)
     battery, hover = mission.battery, vehicle.hover_load(mission)
-    capacity_As = float(vehicle.pool(mission).capacity_As)
+    capacity_As = float(mission.pool.capacity_As)
     nominal_J = capacity_As * battery.nominal_voltage_V
     kinds = ("flight", "hover", "rest")
     charge_As, energy_J, time_s = (dict.fromkeys(kinds, 0.0) for _ in range(3))

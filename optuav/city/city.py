@@ -14,11 +14,11 @@ import pyproj
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
+from optuav.fields import COORDINATE, Number
+from optuav.mission.building_columns import COLUMNS, corners_of, of_polygons
 from optuav.mission.buildings import Buildings
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.messages import counted, listed, shown
-from optuav.mission.schema import COORDINATE, Number
-from optuav.mission.tables import COLUMNS, corners_of, of_polygons
 
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {

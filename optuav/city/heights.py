@@ -15,8 +15,8 @@ from optuav.arrays import Booleans, Floats
 from optuav.city.columns import SOLID, column, tag, texts
 from optuav.city.lengths import metres, parsed, storeys
 from optuav.errors import shown
+from optuav.fields import Number
 from optuav.mission.messages import listed
-from optuav.mission.schema import Number
 
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 ROOF = Number("m", gt=0, le=1200)  # No building is higher

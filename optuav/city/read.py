@@ -22,10 +22,10 @@ from optuav.city.outlines import mended, parts_of
 from optuav.city.parts import built, in_place_of_outlines, underground
 from optuav.city.questions import in_feet, not_asked, nowhere, unknown_heights
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.fields import MOST_CORNERS, Number
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import misfits, path_of, shown
-from optuav.mission.schema import MOST_CORNERS, Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
 FACTOR = Number("m", gt=0, le=1000)  # Unit of heights

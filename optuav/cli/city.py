@@ -94,8 +94,8 @@ def _read(
     """The mission to start from, the buildings, and the places; or a refusal with all faults."""
     from optuav.city import read
     from optuav.city.city import ON_EARTH, on_earth
+    from optuav.fields import COORDINATE
     from optuav.mission import load
-    from optuav.mission.schema import COORDINATE
 
     places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
     words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}; height: {COORDINATE.words}"

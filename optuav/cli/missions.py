@@ -17,10 +17,11 @@ import optuav
 from optuav.cli.options import is_plan, mission_of
 from optuav.cli.output import NO, check_places, deliver, say
 from optuav.errors import Fault, decimal, line_width, refuse
+from optuav.laser.beam import SpreadingBeam
 
 if TYPE_CHECKING:
+    from optuav.fields import MissionSection
     from optuav.mission import Mission
-    from optuav.mission.schema import MissionSection
     from optuav.mission.template import Drone
     from optuav.network.feasibility import BuildingFigures, LinkFigures
     from optuav.plan import Plan
@@ -84,8 +85,7 @@ def _data(mission: Mission) -> dict[str, Any]:
 
 def _pieces(mission: Mission) -> Iterator[str]:
     """The mission's tables, and what follows from them: name, value and unit, a line each."""
-    from optuav.mission.beams import spreading_beam
-    from optuav.mission.schema import MissionSection
+    from optuav.fields import MissionSection
     from optuav.network.feasibility import building_figures, derived, link_figures
 
     yield f"{mission.name}  {mission.description}".rstrip()
@@ -102,7 +102,7 @@ def _pieces(mission: Mission) -> Iterator[str]:
     if mission.buildings:
         yield "\n[[buildings]]"
         yield from _buildings(building_figures(mission))
-    if (beam := spreading_beam(mission)) and (links := link_figures(mission)):
+    if isinstance(beam := mission.beam, SpreadingBeam) and (links := link_figures(mission)):
         yield "\nbeam"
         yield from _links(links)
         yield f"\n{beam.eye_warning}"
@@ -242,8 +242,8 @@ def _sheet(form: type[Drone], stated: Mapping[str, Any]) -> Drone:
 
 def _answer(form: type[Drone], name: str, text: Any) -> float:
     """A number that the datasheet takes; the prompt repeats after anything else."""
+    from optuav.fields import Number
     from optuav.mission.messages import described
-    from optuav.mission.schema import Number
 
     known = next(described(form, name))
     with suppress(ValueError):

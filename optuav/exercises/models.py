@@ -10,10 +10,10 @@ from optuav.exercises.answers import ITINERARY, figure, figures
 from optuav.exercises.exercise import design, explain
 from optuav.exercises.measure import equals, longest, titled, within
 from optuav.exercises.task import Condition, Conditions, Task
+from optuav.flight.rotors import Rotors
 from optuav.judge import Itinerary, audit
+from optuav.laser.fits import Fits
 from optuav.mission import load
-from optuav.mission.beams.fits import Fits
-from optuav.mission.flights.rotors import Rotors
 from optuav.network import vehicle
 from optuav.physics import laser, six_stages
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_after
@@ -68,7 +68,7 @@ def _way_m(task: Task) -> np.ndarray:
 
 def _leg_s(task: Task, share: float = 1.0, wind_N: float = 0.0) -> float:
     """Return how long a share of that way takes in a wind along it [s]."""
-    rotors, way_m = Rotors(task.mission), _way_m(task)
+    rotors, way_m = Rotors.of(task.mission), _way_m(task)
     wind = tuple(wind_N * way_m / np.linalg.norm(way_m))
     leg = six_stages.leg(rotors.airframe, rotors.motor, tuple(share * way_m), wind)
     return float(leg.loads.duration_s)
@@ -108,7 +108,7 @@ def _haze(task: Task, visibility_km: float) -> Conditions:
     source, battery = task.mission.to_dict()["laser"], task.mission.battery
     apart_m = np.linalg.norm(vehicle.hover_point_m(task.mission) - np.array(source["position_m"]))
     alpha = laser.attenuation(source["wavelength_nm"], visibility_km)
-    fits = Fits(task.mission).conversion
+    fits = Fits.of(task.mission).conversion
     power_W = float(laser.received_power(fits, task["laser.power_W"], alpha, apart_m, np.inf))
     cap_W = battery.charge_current_A * battery.nominal_voltage_V
     hint = "the cap is charge current times nominal voltage"

@@ -22,7 +22,6 @@ from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission
 from optuav.mission.keys import now_of
 from optuav.mission.mission import toml_of
-from optuav.network import vehicle
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan
@@ -160,7 +159,7 @@ def _wells(plan: Plan) -> Data:
     """Charge in both wells over time, the phases, and the levels that matter [s], [A s]."""
     time_s, available_As, bound_As = thinned(levels(plan))
     total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
-    mission, full_As = plan.mission, float(vehicle.pool(plan.mission).capacity_As)
+    mission, full_As = plan.mission, float(plan.mission.pool.capacity_As)
     return {
         "time_s": _listed(time_s, 3),
         "bound_As": _listed(bound_As, 1),

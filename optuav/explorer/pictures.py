@@ -7,8 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from optuav.errors import InputError, NoPlanError
-from optuav.mission.beams import spreading_beam
-from optuav.mission.flight_model import flight_of
+from optuav.laser.beam import SpreadingBeam
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING
 from optuav.plan import Plan
@@ -32,8 +31,8 @@ Data: TypeAlias = dict[str, Any]
 def pictures(network: Network) -> list[str]:
     """Names of the pictures that a mission has."""
     has = {
-        "beam": spreading_beam(network.mission) is not None,
-        "speed": flight_of(network.mission).power_over_speed(0.0) is not None,
+        "beam": isinstance(network.mission.beam, SpreadingBeam),
+        "speed": network.mission.flight_model.power_over_speed(0.0) is not None,
         "day": True,
     }
     return [name for name in PICTURES if has[name]]

@@ -10,12 +10,10 @@ import numpy as np
 from formulations.formulation import Formulation
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.explorer.pictures import PICTURES
+from optuav.fields import Number
 from optuav.mission import Mission
-from optuav.mission.beams import beam_of
-from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import now_of
 from optuav.mission.messages import number, shown, unknown
-from optuav.mission.schema import Number
 from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
 from optuav.plan.display import round_step
 from optuav.solving.question import problem_of
@@ -152,8 +150,8 @@ def controls(mission: Mission) -> Iterator[Control]:
         low = 0.0 if allowed and allowed.ge == 0.0 else step
         yield Control(key, None, *WORDS[key], low, high, step, value)
     sliders = [
-        *(beam_of(mission).sliders() if mission.laser else ()),
-        *flight_of(mission).sliders(),
+        *(mission.beam.sliders() if mission.beam else ()),
+        *mission.flight_model.sliders(),
     ]
     for key, axis, label, symbol, unit, low, high in sliders:
         value = now_of(mission, key if axis is None else f"{key}[{axis}]") or 0.0

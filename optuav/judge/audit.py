@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import TypeGuard
 
 from optuav.errors import printable, printed
+from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import Itinerary
 from optuav.mission.messages import shown
-from optuav.mission.schema import LARGEST
-from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings, wrapped
@@ -170,7 +169,7 @@ def _lines(judged: Audit) -> Iterator[str]:
             yield from wrapped("", event.words + event.figures, start, len(start))
         if len(events) > MOST_SHOWN:
             yield f"and {len(events) - MOST_SHOWN} more"
-    capacity_As = float(vehicle.pool(mission).capacity_As)
+    capacity_As = float(mission.pool.capacity_As)
     yield ""
     share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
     yield f"Tolerance  {share}, of a limit, or of a figure"

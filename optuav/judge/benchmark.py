@@ -13,7 +13,6 @@ from optuav.judge.replay import Replay, replay, same
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
 from optuav.mission.files import parse_json, read_text
-from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
@@ -165,6 +164,6 @@ def _slack_s(found: Replay) -> float:
     time_s = found.mission.limits.deadline_s
     stays = [phase for phase in found.phases if phase.kind == "hover"]
     if stays and (drawn_A := -stays[0].stages[0].net.current_A) > 0.0:
-        pool = vehicle.pool(found.mission)
+        pool = found.mission.pool
         time_s += float(pool.capacity_As / (pool.available_fraction * drawn_A))
     return SLACK * TOLERANCE * time_s

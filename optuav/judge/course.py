@@ -65,7 +65,7 @@ class Course(NamedTuple):
 
 def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """All packs as one battery, which may pass empty and full; tapered, it is kept full at most."""
-    pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
+    pool, tapers = mission.pool, mission.battery.charging == "taper"
     wells = Wells(*map(float, vehicle.start(mission).wells(pool)))
     stretches, ends = list[Stretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
@@ -113,7 +113,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """Packs that carry the phases under the mission's schedule; a phase is a job."""
     battery = mission.battery
     pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
-    begin = vehicle.start(mission).wells(vehicle.pool(mission))
+    begin = vehicle.start(mission).wells(mission.pool)
     begin_of_pack = Wells(*(float(well) / battery.packs for well in begin))
     flown = packs.Packs(pack, battery.packs, battery.schedule, battery.period_s, begin_of_pack)
     stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
@@ -144,7 +144,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
         for each in (stage for phase in phases for stage in phase.stages):
             unflown_s = min(max(each.end_s - end_s, 0.0), each.duration_s)
             missing_As += float(each.drawn.current_A) * unflown_s
-        if missing_As > TOLERANCE * float(vehicle.pool(mission).capacity_As):
+        if missing_As > TOLERANCE * float(mission.pool.capacity_As):
             words = "no pack is left to fly on"
             events.append(Event("empty", end_s, words, -missing_As, 0.0, "A s"))
     return Course(flown.pack, tuple(stretches), tuple(ends), tuple(events))
@@ -174,7 +174,7 @@ def soc(
     total_J = np.cumsum(energies_J, axis=0).T
     flight_J, hover_J, gained_J = (np.interp(time_s, times_s, energy_J) for energy_J in total_J)
     (hover_A, hover_W), battery = vehicle.hover_load(mission), mission.battery
-    nominal_V, B = battery.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
+    nominal_V, B = battery.nominal_voltage_V, float(mission.pool.capacity_As)
     E_0, begin = B * nominal_V, float(vehicle.start(mission).total_As) / B
     E_1 = battery.flight_energy_J or (B * (total_J[0, -1] / flown_As) if flown_As else E_0)
     E_2 = battery.hover_energy_J or (B * float(hover_W / hover_A) if hover_A else E_0)

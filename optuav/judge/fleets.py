@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
-from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.trace import Event
 
@@ -59,7 +58,7 @@ def replay_fleet(
             events.append(Event(event.kind, offset_s + event.time_s, words + event.words))
         assert course.course is not None
         least = course.mission.limits.min_soc - TOLERANCE
-        size_As = float(vehicle.pool(course.mission).capacity_As)
+        size_As = float(course.mission.pool.capacity_As)
         for phase, (wells,) in zip(course.phases, course.course.ends, strict=True):
             begin_s, end_s = offset_s + phase.start_s, offset_s + phase.end_s
             if phase.kind == "hover":

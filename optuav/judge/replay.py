@@ -13,13 +13,13 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import NoPlanError
+from optuav.flight.model import CruisingModel
 from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments
 from optuav.mission import Mission
-from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
 from optuav.network.places import on_landing
@@ -169,7 +169,7 @@ class Replay(Judged):
         if self.mission_time_s:
             wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
             phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
-            full, passed_s = vehicle.pool(self.mission).full, map(self.first_s, ("empty", "full"))
+            full, passed_s = self.mission.pool.full, map(self.first_s, ("empty", "full"))
             figure = [picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)]
         return [*figure, pairs(self.facts)] if self.phases else []
 
@@ -237,7 +237,7 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
     events = list[Event]()
-    if why := flight_of(mission).impossible():
+    if why := mission.flight_model.impossible():
         events.append(Event("impossible", 0.0, f"the UAV cannot fly: {why}"))
     for name in (name for name, place in at.items() if math.isnan(place.position_m[0])):
         words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
@@ -250,7 +250,7 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
         return Replay(plan, (), None, {}, tuple(events))
     course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
     charges_As = [sum(float(pack.total_As) for pack in wells) for wells in course.ends]
-    shares = np.array(charges_As) / float(vehicle.pool(mission).capacity_As)
+    shares = np.array(charges_As) / float(mission.pool.capacity_As)
     levels = soc(mission, flown, np.array([flown[-1].end_s]), shares[-1:])
     left = {name: float(level[0]) for name, level in levels.items()}
     events = [*course.events, *_broken_limits(mission, flown)]
@@ -285,7 +285,7 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase]) -> Iterator[Event]:
         yield from _too_fast(mission, phase)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)
-    model = flight_of(mission)
+    model = mission.flight_model
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
@@ -325,7 +325,7 @@ def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
     if phase.kind != "flight" or phase.stated:
         return
     way, cap_m_s = f"{phase.start.name} → {phase.end.name}", vars(mission.flight).get(CAP)
-    parts = segments(flight_of(mission), phase.points_m, phase.speeds_m_s)
+    parts = segments(mission.flight_model, phase.points_m, phase.speeds_m_s)
     stated_speeds_m_s = phase.speeds_m_s or [0.0] * len(parts)
     for part, stated_m_s in zip(parts, stated_speeds_m_s, strict=True):
         velocity_m_s = _peak_velocity_m_s(mission, part)
@@ -343,7 +343,7 @@ def _peak_velocity_m_s(mission: Mission, part: Loads) -> Floats:
     """Velocity over ground at the peak of a leg [m/s], level where the model's speeds are."""
     way_m = np.array(part.way_m)
     velocity_m_s = way_m * float(part.peak_speed_m_s) / max(math.hypot(*way_m), TINY)
-    level = isinstance(flight_of(mission), CruisingModel)
+    level = isinstance(mission.flight_model, CruisingModel)
     return np.asarray(velocity_m_s * [1.0, 1.0, not level])
 
 
@@ -397,7 +397,7 @@ def _figures(
     plan: Plan, flown: Sequence[Phase], course: Course, soc: Mapping[str, float]
 ) -> Iterator[Figure]:
     """The figures that a plan and its simulation state."""
-    capacity_As = float(vehicle.pool(plan.mission).capacity_As)
+    capacity_As = float(plan.mission.pool.capacity_As)
     rows = zip(plan.phases, flown, course.ends, strict=True)
     for number, (stated, found, wells) in enumerate(rows):
         here, time_s = f"phases[{number}]", found.start_s

@@ -12,10 +12,11 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import refuse
+from optuav.fields import COORDINATE, Number
+from optuav.flight.model import CruisingModel, FlightModel
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
+from optuav.mission.forms import SCHEMA
 from optuav.mission.messages import nearest
-from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed, roofs_below
@@ -251,7 +252,7 @@ def phases(
     mission: Mission, at: Mapping[str | Point, Place], planned: Sequence[Move]
 ) -> tuple[Phase, ...]:
     """The phases of some moves between places that are known."""
-    flight = flight_of(mission)
+    flight = mission.flight_model
     loads = {"hover": vehicle.hover_load(mission), "rest": flight.rest()}
     found, start_s = list[Phase](), 0.0
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
@@ -348,12 +349,12 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
         moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight":
-        legs = segments(flight_of(mission), phase.points_m, phase.speeds_m_s)
+        legs = segments(mission.flight_model, phase.points_m, phase.speeds_m_s)
         begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
         leg_numbers = np.searchsorted(begins_s, passed_s, side="right") - 1
         pitch_rad, roll_rad = np.zeros((2, len(passed_s)))
         for k, leg in enumerate(legs):
-            state = flight_of(mission).state(leg, passed_s[at := leg_numbers == k] - begins_s[k])
+            state = mission.flight_model.state(leg, passed_s[at := leg_numbers == k] - begins_s[k])
             moved_m[at] = points_m[k] + np.stack(state.position_m, axis=1)
             speed_m_s[at] = state.speed_m_s
             pitch_rad[at], roll_rad[at] = state.attitude

@@ -12,10 +12,10 @@ import numpy as np
 from formulations.soc import AVAILABLE, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse, require
+from optuav.fields import Number
 from optuav.mission import Mission, load
 from optuav.mission.earth import stated_system
 from optuav.mission.messages import misfits, shown, unlisted
-from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m

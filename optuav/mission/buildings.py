@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Annotated, Any, overload
 from pydantic import GetCoreSchemaHandler, Strict
 from pydantic_core import CoreSchema, core_schema
 
+from optuav.fields import Listed
 from optuav.frames import DataFrame, frame
 from optuav.mission.messages import counted
-from optuav.mission.schema import Building, Listed
+from optuav.tables import Building
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats, Integers

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
 from optuav.errors import printable
+from optuav.fields import MissionSection
 from optuav.markup import MOST_ROWS, element, folded, pairs, paragraph, shown, table
 from optuav.mission.messages import counted
-from optuav.mission.schema import MissionSection
 
 if TYPE_CHECKING:
     from optuav.mission.buildings import Buildings

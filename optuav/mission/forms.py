@@ -9,10 +9,32 @@ from typing import Annotated
 from pydantic import GetPydanticSchema, WithJsonSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
 
-from optuav.mission.beam import Beam
-from optuav.mission.beams import BEAMS
-from optuav.mission.flight_model import FLIGHTS, FlightModel, FlightTable
-from optuav.mission.schema import SECTIONS, Laser, LaserTable, MissionSection
+from optuav import tables
+from optuav.fields import MissionSection
+from optuav.flight import FLIGHTS
+from optuav.flight.model import FlightModel, FlightTable
+from optuav.laser import BEAMS
+from optuav.laser.beam import Beam, LaserTable
+from optuav.laser.fits import Laser
+
+SCHEMA = 1  # Version of the format of a mission file
+
+SECTIONS: dict[str, type[MissionSection]] = {
+    "route": tables.RouteEnds,
+    "limits": tables.Limits,
+    "battery": tables.BatteryPacks,
+    "start": tables.Start,
+    "rotor": tables.Rotor,
+    "body": tables.Body,
+    "air": tables.Air,
+    "earth": tables.Earth,
+    "laser": Laser,
+    "receiver": tables.LightReceiver,
+    "link": tables.Link,
+    "wind": tables.Wind,
+    "buildings": tables.Building,
+}
+"""The tables of a mission file but [flight]; [laser] has more forms, one for every beam."""
 
 
 @dataclass(frozen=True)

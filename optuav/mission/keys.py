@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from optuav.errors import Fault
+from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
 from optuav.mission.forms import TABLES, table_keys
 from optuav.mission.messages import nearest, number, number_of
 from optuav.mission.mission import Mission
-from optuav.mission.schema import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
 
 VECTORS = {
     **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), (COORDINATE, 3)),

@@ -12,9 +12,9 @@ from pydantic import BaseModel
 from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
+from optuav.fields import Allowed, Number, OneOf, short
 from optuav.mission.files import expanded
 from optuav.mission.forms import forms
-from optuav.mission.schema import Allowed, Number, OneOf, short
 
 TYPES = {
     "float_type": "a number",

@@ -2,23 +2,30 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from optuav import fields, tables
 from optuav.errors import MOST_SHOWN, Fault, InputError, printable, printed
+from optuav.fields import MissionSection
+from optuav.flight import FLIGHTS
+from optuav.flight.model import BENDING, BENT, FlightModel
+from optuav.flight.rotors import RotorFlight
 from optuav.frames import DataFrame, frame
-from optuav.mission import schema, validation
+from optuav.laser import BEAMS
+from optuav.laser.beam import Beam
+from optuav.laser.fits import CONVERSIONS, Fits
+from optuav.mission import validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, seen_from, write_text
-from optuav.mission.flight_model import BENDING, BENT
-from optuav.mission.flights.rotors import RotorFlight
-from optuav.mission.forms import CHOICES, TABLES, Flight, Source, table_keys
+from optuav.mission.forms import CHOICES, SCHEMA, TABLES, Flight, Source, table_keys
 from optuav.mission.messages import nearest, no_building, path_of, shown
-from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
+from optuav.physics import kibam
 
 ENERGIES = ("flight_energy_J", "hover_energy_J")
 _ENERGIES = {f"battery.{key}" for key in ENERGIES}
@@ -36,7 +43,7 @@ DISPLACED: dict[str, set[str]] = {
     "start.bound_As": {"start.soc"},
     "laser.visibility_km": {"laser.attenuation_per_km"},
     "laser.attenuation_per_km": {"laser.visibility_km"},
-    "laser.wavelength_nm": {f"laser.{key}" for key in schema.CONVERSIONS[810]},
+    "laser.wavelength_nm": {f"laser.{key}" for key in CONVERSIONS[810]},
 }
 """By key, the keys that a new value of it displaces unless they are stated with it."""
 
@@ -69,29 +76,55 @@ class Mission(MissionSection):
     (1500.0, 9)
     """
 
-    name: schema.Name = "mission"
+    name: fields.Name = "mission"
     """Name of the mission; by default the file's name."""
-    description: schema.Description = ""
+    description: fields.Description = ""
     """Subject of the mission."""
-    crs: schema.ReferenceSystem | None = None
+    crs: fields.ReferenceSystem | None = None
     """Coordinate reference system of x and y, in metres; maps that are saved are in it."""
-    route: schema.RouteEnds
-    limits: schema.Limits
-    battery: schema.BatteryPacks
-    start: schema.Start | None = None
-    rotor: schema.Rotor | None = None
-    body: schema.Body | None = None
-    air: schema.Air | None = None
-    earth: schema.Earth | None = None
+    route: tables.RouteEnds
+    limits: tables.Limits
+    battery: tables.BatteryPacks
+    start: tables.Start | None = None
+    rotor: tables.Rotor | None = None
+    body: tables.Body | None = None
+    air: tables.Air | None = None
+    earth: tables.Earth | None = None
     laser: Source | None = None
-    receiver: schema.LightReceiver | None = None
-    link: schema.Link
-    wind: schema.Wind = schema.Wind()
+    receiver: tables.LightReceiver | None = None
+    link: tables.Link
+    wind: tables.Wind = tables.Wind()
     flight: Flight = RotorFlight()
     buildings: Annotated[
         Buildings,
-        schema.Allowed(f"up to {schema.MOST_ITEMS} tables [[buildings]] with name, position_m"),
+        fields.Allowed(f"up to {fields.MOST_ITEMS} tables [[buildings]] with name, position_m"),
     ] = Field(default_factory=Buildings, json_schema_extra={"default": []})
+
+    @cached_property
+    def flight_model(self) -> FlightModel:
+        """The model of its flight and power, see ``flight.model``."""
+        return FLIGHTS[self.flight.model].of(self)
+
+    @cached_property
+    def beam(self) -> Beam | None:
+        """The model of its laser's light, see ``laser.beam``; None without a laser."""
+        if self.laser is None:
+            return None
+        return (BEAMS[self.laser.beam] if self.laser.beam else Fits).of(self)
+
+    @cached_property
+    def pool(self) -> kibam.Battery:
+        """All packs as one battery."""
+        battery = self.battery
+        size_As = battery.packs * battery.capacity_As
+        return kibam.Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
+
+    def __copy__(self) -> Self:
+        """A copy of its values, which `model_copy` changes, without what was made of them."""
+        copied = super().__copy__()
+        for name in vars(copied).keys() - type(self).model_fields.keys():
+            del vars(copied)[name]
+        return copied
 
     @model_validator(mode="after")
     def _rules(self) -> Self:
@@ -173,7 +206,7 @@ class Mission(MissionSection):
         >>> optuav.load("paper").with_buildings(roofs).buildings[1].position_m
         (90.0, 700.0, 40.0)
         """
-        from optuav.mission.tables import of_columns
+        from optuav.mission.building_columns import of_columns
 
         return self.replace({"buildings": of_columns(table)})
 
@@ -200,7 +233,7 @@ class Mission(MissionSection):
 
         Optional keys that are not set are left out.
         """
-        return {"schema": schema.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
+        return {"schema": SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     @classmethod
     def from_dict(cls, document: Mapping[str, object]) -> Self:
@@ -228,7 +261,7 @@ class Mission(MissionSection):
 
             check(Path(source.path), source.sha256)
             named = seen_from(file, source.path)
-            document = {"schema": schema.SCHEMA, "buildings_file": named}
+            document = {"schema": SCHEMA, "buildings_file": named}
             document |= {k: v for k, v in self._document().items() if k != "buildings"}
         else:
             document = self.to_dict()
@@ -324,8 +357,8 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
         faults += _revise_buildings(revised, buildings)
         if revised:
             document["buildings"] = [building for building in revised if building is not None]
-        if isinstance(listed, Buildings) and len(revised) > schema.MOST_ITEMS:
-            from optuav.mission.tables import row_by_row
+        if isinstance(listed, Buildings) and len(revised) > fields.MOST_ITEMS:
+            from optuav.mission.building_columns import row_by_row
 
             document["buildings"] = row_by_row(document["buildings"])
     return StatedMission(without_none(document), displaced=gone), faults

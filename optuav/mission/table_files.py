@@ -16,11 +16,11 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, decimal, printable, refuse, require
+from optuav.mission.building_columns import COLUMNS, SIZES, corners_of, of_columns, of_polygons
 from optuav.mission.buildings import Buildings, TableFile
 from optuav.mission.files import MARK, label, must_be_file, read_text, refusal, refusals
 from optuav.mission.maps import TEXTS, check_map, document_of, features
 from optuav.mission.messages import listed
-from optuav.mission.tables import COLUMNS, SIZES, corners_of, of_columns, of_polygons
 
 PARQUET, MAPS = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"

@@ -11,12 +11,13 @@ import tomli_w
 from pydantic import ValidationError
 
 from optuav.errors import Fault, InputError, refuse
+from optuav.fields import MissionSection, Number
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import STANDARD, seen_from
+from optuav.mission.forms import SCHEMA
 from optuav.mission.load import load
 from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
-from optuav.mission.schema import SCHEMA, MissionSection, Number
 from optuav.mission.validation import StatedMission, breaches_of
 
 SCENE = "matrice350"

@@ -8,14 +8,15 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from optuav import tables
 from optuav.errors import Fault, InputError, safe_name
-from optuav.mission import schema
-from optuav.mission.beam import BEAMS, Beam
+from optuav.fields import RATE_PER_MINUTE
+from optuav.flight.model import BENDING, BENT, FLIGHTS, FlightModel
+from optuav.laser.beam import BEAM, BEAMS, Beam
+from optuav.laser.fits import Laser
 from optuav.mission.buildings import Buildings, misnamed, misshapen
-from optuav.mission.flight_model import BENDING, BENT, FLIGHTS, FlightModel
-from optuav.mission.forms import CHOICES, TABLES, table_keys
+from optuav.mission.forms import CHOICES, SCHEMA, SECTIONS, TABLES, table_keys
 from optuav.mission.messages import allowed, nearest, shown, table
-from optuav.mission.schema import RATE_PER_MINUTE, SCHEMA, SECTIONS
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -226,7 +227,7 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
     schedule = battery.get("schedule", "pooled")
     if schedule == "alternating" and "period_s" not in battery:
-        words = f'{allowed(schema.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
+        words = f'{allowed(tables.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
         yield Breach(("battery", "period_s"), f"is missing; {words}")
     elif schedule not in ("alternating", UNKNOWN) and "period_s" in battery:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
@@ -240,19 +241,19 @@ def rules(document: Document) -> Iterator[Breach]:
         if len(twins) == 2:
             yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
         elif not twins:
-            words = f"{allowed(schema.Laser, 'attenuation_per_km')}; or state visibility_km"
+            words = f"{allowed(Laser, 'attenuation_per_km')}; or state visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
         if (beam := laser.get("beam")) in [*BEAMS]:
             yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
     if "receiver" in document and laser is not UNKNOWN and "beam" not in keys_of(laser):
         words = "; without [laser], remove [receiver] too" * (laser is None)
-        yield Breach(("receiver",), f"only with laser.beam = {schema.BEAM.words}{words}")
+        yield Breach(("receiver",), f"only with laser.beam = {BEAM.words}{words}")
     origin = {"latitude_deg", "longitude_deg"} & keys_of(document.get("earth")).keys()
     if origin and document.get("crs"):
         yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))
     elif len(origin) == 1 and document["earth"][min(origin)] is not UNKNOWN:
         (other,) = {"latitude_deg", "longitude_deg"} - origin
-        words = f"is missing; {allowed(schema.Earth, other)}, needed beside {min(origin)}"
+        words = f"is missing; {allowed(tables.Earth, other)}, needed beside {min(origin)}"
         yield Breach(("earth", other), words)
     if isinstance(flight := document.get("flight", {}), dict):
         name, flight = flight.get("model", "rotors"), {"model": "rotors", **flight}
@@ -270,7 +271,7 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
         yield Breach(("start", "soc"), "either soc, or available_As and bound_As")
     if len(wells) == 1:
         (lacking,) = {"available_As", "bound_As"} - wells
-        words = f"{allowed(schema.Start, lacking)}, needed beside {min(wells)}"
+        words = f"{allowed(tables.Start, lacking)}, needed beside {min(wells)}"
         yield Breach(("start", lacking), f"is missing; {words}")
     figures = [battery.get(key, UNKNOWN) for key in ("packs", "capacity_As", "available_fraction")]
     if UNKNOWN in figures:
@@ -305,8 +306,13 @@ def _rules_of_model(
             yield Breach((name, *parts), f"{[0] * len(value)} with {by}")
         elif not isinstance(value, list | tuple) and value not in (None, default, UNKNOWN):
             yield Breach((name, *parts), f"not with {by}")
-    for place, words in model.breaches(document):
-        yield Breach(place, words)
+    for (name, *parts), words in model.breaches(document):
+        expected = ""
+        if not parts and name not in document:
+            expected = f"is missing; {table(name)}, "
+        elif parts and parts[0] not in keys_of(document.get(name)):
+            expected = f"is missing; {allowed(table_keys(name)[parts[0]], parts[0])}, "
+        yield Breach((name, *parts), expected + words)
 
 
 def _rules_of_ways(flight: Document) -> Iterator[Breach]:

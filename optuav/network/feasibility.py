@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.laser.beam import SpreadingBeam
 from optuav.mission import Mission
-from optuav.mission.beams import spreading_beam
-from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -28,7 +27,7 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
     """Reasons why no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
     applies = [name for name, where in stacked(network).hindrances.items() if where.any()]
-    if (why := flight_of(mission).impossible()) is not None:
+    if (why := mission.flight_model.impossible()) is not None:
         reasons.append(f"the UAV cannot fly: {why}")
     if "out_of_reach" in applies:
         reasons.append(_out_of_reach(mission))
@@ -103,7 +102,7 @@ def advice(mission: Mission) -> Iterator[str]:
             yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
-    peak_m_s, has_drag = float(speeds_m_s[fastest]), flight_of(mission).has_drag
+    peak_m_s, has_drag = float(speeds_m_s[fastest]), mission.flight_model.has_drag
     if warning := flight.speed_warning(peak_m_s, has_drag=has_drag):
         start, end = (places.names[ends[fastest]] for ends in (legs.start, legs.end))
         yield f"on the leg {start} → {end}, {warning}"
@@ -121,7 +120,7 @@ def advice(mission: Mission) -> Iterator[str]:
 
 def _radio_doubt(mission: Mission) -> Iterator[str]:
     """Doubt a radio that draws a large share of the hover: its voltage may not be the pack's."""
-    model, radio, pack_V = flight_of(mission), mission.link, mission.battery.nominal_voltage_V
+    model, radio, pack_V = mission.flight_model, mission.link, mission.battery.nominal_voltage_V
     radio_A = radio.transmit_power_W / radio.transmit_voltage_V
     hover_A = float(model.hover().current_A)
     if not model.radio_included and radio_A > MOST_RADIO * hover_A:
@@ -178,7 +177,7 @@ class LinkFigures(NamedTuple):
 
 def link_figures(mission: Mission) -> tuple[LinkFigures, ...]:
     """Figures of the beam at the hover point and all buildings; none where no beam is stated."""
-    if (beam := spreading_beam(mission)) is None:
+    if not isinstance(beam := mission.beam, SpreadingBeam):
         return ()
     places = build_network(mission).places
     which = np.array([HOVER, *places.buildings])
@@ -204,10 +203,10 @@ def _figures(mission: Mission) -> Iterator[tuple[str, float | tuple[float, ...],
     """Names, values (NaN if missing) and units."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    capacity_As = float(vehicle.pool(mission).capacity_As)
+    capacity_As = float(mission.pool.capacity_As)
     yield "battery capacity B", capacity_As, "A s"
     yield "nominal battery energy E_0", capacity_As * mission.battery.nominal_voltage_V, "J"
-    yield from flight_of(mission).figures()
+    yield from mission.flight_model.figures()
     drawn = vehicle.hover_load(mission)
     yield "hover power, radio included", float(drawn.power_W), "W"
     yield "hover current, radio included", float(drawn.current_A), "A"

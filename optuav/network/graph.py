@@ -13,9 +13,9 @@ import numpy as np
 
 from optuav.arrays import Booleans
 from optuav.errors import Fault, refuse
+from optuav.fields import LARGEST
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
-from optuav.mission.schema import LARGEST
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
+from optuav.flight.model import CruisingModel
 from optuav.mission import Mission
-from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import Places, own_roofs
 from optuav.network.prisms import Prisms
@@ -79,7 +79,7 @@ def build_legs(
     mission: Mission, places: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
     """A table of the legs between places, from `start` to `end` (leg,), different in every leg."""
-    count, at_m, flight = len(start), places.position_m, flight_of(mission)
+    count, at_m, flight = len(start), places.position_m, mission.flight_model
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     waypoints_m, rule = np.empty((count, 0, 3)), mission.flight.obstacle_rule
     if rule != "ignore" and len(obstacles.building):
@@ -118,7 +118,7 @@ def segment_ways(places: Places, legs: Legs) -> Floats:
 
 def legs_at(mission: Mission, places: Places, legs: Legs, speeds_m_s: Floats) -> Legs:
     """The legs at other horizontal speeds over ground (segment, leg) [m/s]."""
-    flight = flight_of(mission)
+    flight = mission.flight_model
     assert isinstance(flight, CruisingModel)
     # As in `loads_along`, which asks for one segment after the other, missing ones are the first
     own_m_s = iter(np.where(np.isnan(speeds_m_s), speeds_m_s[:1], speeds_m_s))

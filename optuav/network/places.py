@@ -11,9 +11,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
-from optuav.mission.beams import beam_of
 from optuav.mission.buildings import Buildings
-from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import quantity
 from optuav.mission.messages import listed
 from optuav.network import vehicle
@@ -187,14 +185,15 @@ def laser_reach(mission: Mission, places: Places) -> LaserReach:
     """Return the limits of a laser; it moves nothing where the mission states the current."""
     assert mission.laser is not None
     lit = _lit(places)
-    if flight_of(mission).charging() is not None:
+    if mission.flight_model.charging() is not None:
         return LaserReach(math.inf, 0.0)
     if not lit.any():
         return LaserReach(0.0, 0.0)
     x, y, z = places.position_m[lit].T
     current_A = vehicle.charging(mission, (x, y, z), capped=False).current_A
     away_m = float(vehicle.laser_distance_m(mission, (x, y, z)).max())
-    most_W = beam_of(mission).enough_W(away_m, vehicle.charging_limit_W(mission))
+    assert mission.beam is not None
+    most_W = mission.beam.enough_W(away_m, vehicle.charging_limit_W(mission))
     return LaserReach(float(np.max(current_A)), float(most_W))
 
 
@@ -210,16 +209,16 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
 
     Of the places where a UAV stays, without those whose power was stated in a graph.
     """
-    if mission.laser is None:
+    if (beam := mission.beam) is None:
         return None
-    (lit,), flow = _lit(places).nonzero(), flight_of(mission).charging()
+    (lit,), flow = _lit(places).nonzero(), mission.flight_model.charging()
     capped, keys = lit, ["flight.charge_current_A"]
     current_A = mission.battery.charge_current_A if flow is None else flow.current_A
     if flow is None:
         x, y, z = places.position_m[lit].T
-        beam, most_W = beam_of(mission), vehicle.charging_limit_W(mission)
+        most_W = vehicle.charging_limit_W(mission)
         away_m = vehicle.laser_distance_m(mission, (x, y, z))
-        caps = np.broadcast_to(beam.enough_W(away_m, most_W), lit.shape) < mission.laser.power_W
+        caps = np.broadcast_to(beam.enough_W(away_m, most_W), lit.shape) < beam.laser.power_W
         capped, limits = lit[caps], beam.limiting_key(away_m, most_W)
         keys = [limits] if isinstance(limits, str) else [*dict.fromkeys(limits[caps].tolist())]
     if not (current_A and len(capped)):

@@ -10,9 +10,8 @@ import numpy as np
 from annotated_types import Len
 from pydantic import ConfigDict, FailFast, Strict
 
+from optuav.fields import LARGEST, Number, Position
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
-from optuav.mission.schema import LARGEST, Number, Position
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
@@ -145,7 +144,7 @@ def stay_net(network: Network, place: Quantity) -> Flow:
     """Net current [A] and power [W] into the battery: at the hover point, or on buildings."""
     places, mission = network.places, network.mission
     hovers = np.ndim(place) == 0 and place == HOVER
-    drawn = vehicle.hover_load(mission) if hovers else flight_of(mission).rest()
+    drawn = vehicle.hover_load(mission) if hovers else mission.flight_model.rest()
     received = places.charge_current_A[place], places.received_power_W[place]
     return Flow(received[0] - drawn.current_A, received[1] - drawn.power_W)
 
@@ -201,7 +200,7 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
     if mission.battery.takes_turns:
         ends = carry(mission, phases).wells
     else:
-        pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
+        pool, step_of = mission.pool, STEPS[mission.battery.charging]
         ends, wells = list[Wells](), vehicle.start(mission).wells(pool)
         for phase in phases:
             ends.append(wells := reduce(partial(step_of, pool), phase.net, wells))
@@ -226,7 +225,7 @@ class Piece(NamedTuple):
 
 def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterator[Piece]:
     """Fly phases with pooled packs from take-off on, every stage in some equal pieces."""
-    pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
+    pool, step_of = mission.pool, STEPS[mission.battery.charging]
     wells, start_s = vehicle.start(mission).wells(pool), 0.0
     for number, phase in enumerate(phases):
         for current_A, duration_s in phase.net:
@@ -254,7 +253,7 @@ def starting_packs(mission: Mission) -> Packs:
     pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
     begin = None
     if mission.start is not None:
-        total = vehicle.start(mission).wells(vehicle.pool(mission))
+        total = vehicle.start(mission).wells(mission.pool)
         begin = Wells(*(well / battery.packs for well in total))
     return Packs(pack, battery.packs, battery.schedule, battery.period_s, begin)
 
@@ -267,7 +266,7 @@ def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
     if phase.kind == "flight":
         return [JobStage(-net_A, 0.0, duration_s) for net_A, duration_s in phase.net]
     hovers = phase.kind == "hover"
-    flow = vehicle.hover_load(mission) if hovers else flight_of(mission).rest()
+    flow = vehicle.hover_load(mission) if hovers else mission.flight_model.rest()
     drawn_A = float(flow.current_A)
     return [JobStage(drawn_A, net_A + drawn_A, duration_s) for net_A, duration_s in phase.net]
 

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
+from optuav.flight.model import BENT
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
-from optuav.mission.flight_model import BENT, flight_of
+from optuav.mission.forms import SECTIONS
 from optuav.mission.keys import now_of, numeric_keys
 from optuav.mission.mission import ENERGIES
-from optuav.mission.schema import SECTIONS
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
 from optuav.network.network import Network
@@ -125,7 +125,7 @@ class Variants:
     @property
     def too_windy(self) -> Booleans:
         """True if the wind is faster than the UAV can fly (variant or 1, 1)."""
-        return np.atleast_2d(flight_of(self.mission).too_windy())
+        return np.atleast_2d(self.mission.flight_model.too_windy())
 
     @cached_property
     def coverage_radius_m(self) -> Quantity:
@@ -195,13 +195,13 @@ class Variants:
     @cached_property
     def shifts(self) -> list[Shift]:
         """Effect of the stages of the legs on the charge of all packs, each (variant or 1, leg)."""
-        return [shift(vehicle.pool(self.mission), stage) for stage in self.stages]
+        return [shift(self.mission.pool, stage) for stage in self.stages]
 
     @cached_property
     def falls_in_flight(self) -> Booleans:
         """True if the available well falls all along every leg (variant or 1, 1)."""
         most_A = [np.where(t > 0.0, i, -np.inf).max(axis=1, keepdims=True) for i, t in self.stages]
-        return np.asarray(falls_throughout(vehicle.pool(self.mission), reduce(np.maximum, most_A)))
+        return np.asarray(falls_throughout(self.mission.pool, reduce(np.maximum, most_A)))
 
     @cached_property
     def loads(self) -> Loads:
@@ -211,7 +211,7 @@ class Variants:
         waypoints_m = np.empty((1, len(legs.start), 0, 3))
         if self.ways is not None:
             waypoints_m = self.ways.of_legs(self._lines[1], legs.start > legs.end)
-        return loads_along(flight_of(self.mission).leg, start_m, end_m, waypoints_m)
+        return loads_along(self.mission.flight_model.leg, start_m, end_m, waypoints_m)
 
     @cached_property
     def _lines(self) -> tuple[Integers, Integers]:

@@ -4,8 +4,6 @@ import numpy as np
 
 from optuav.arrays import Booleans
 from optuav.mission import Mission
-from optuav.mission.beams import beam_of
-from optuav.mission.flight_model import flight_of
 from optuav.mission.validation import START_ROUNDING
 from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
@@ -19,16 +17,9 @@ def channel(mission: Mission) -> link.Channel:
     return mission.link.as_record(link.Channel)
 
 
-def pool(mission: Mission) -> kibam.Battery:
-    """All packs as one battery."""
-    battery = mission.battery
-    size_As = battery.packs * battery.capacity_As
-    return kibam.Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
-
-
 def start(mission: Mission) -> kibam.Tilted:
     """Charge of all packs at the start; full where none is stated (NaN in columns)."""
-    battery = pool(mission)
+    battery = mission.pool
     charge, at_start = kibam.start(battery), mission.start
     if at_start is None:
         return charge
@@ -47,7 +38,7 @@ def starts_beyond(mission: Mission) -> Booleans:
     """Return where the wells at the start exceed their sizes by more than rounding."""
     exceeds, at_start = np.zeros((), bool), mission.start
     if at_start is not None and at_start.available_As is not None:
-        battery = pool(mission)
+        battery = mission.pool
         assert at_start.bound_As is not None
         for level, most in zip(
             (at_start.available_As, at_start.bound_As), battery.full, strict=True
@@ -81,7 +72,7 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
 
 def hover_load(mission: Mission) -> Flow:
     """Drawn while hovering, radio included; NaN where the UAV cannot hold its place."""
-    flight, radio = flight_of(mission), mission.link
+    flight, radio = mission.flight_model, mission.link
     drawn = flight.hover()
     if flight.radio_included:
         return drawn
@@ -115,11 +106,11 @@ def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
 
     Without the cap, as if the battery took any current.
     """
-    if mission.laser is None:
+    if (beam := mission.beam) is None:
         return Flow(0.0, 0.0)
-    if (stated := flight_of(mission).charging()) is not None:
+    if (stated := mission.flight_model.charging()) is not None:
         return stated
     voltage_V = mission.battery.nominal_voltage_V
     most_W = charging_limit_W(mission) if capped else np.inf
-    power_W = beam_of(mission).received_W(laser_distance_m(mission, place_m), most_W)
+    power_W = beam.received_W(laser_distance_m(mission, place_m), most_W)
     return Flow(power_W / voltage_V, power_W)

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError
+from optuav.flight.model import FlightTable
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
-from optuav.mission.flight_model import FlightTable, flight_of
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.prisms import MARGIN_M, Prisms, prisms
 from optuav.physics.flight import Loads
@@ -147,7 +147,9 @@ def build_ways(
     over_m = np.full_like(around_m, np.nan)
     over_m[:, :1] = waypoints_m
     ends = table[..., :3], table[..., 3:6]
-    return Ways(_better(flight_of(mission).leg, *ends, over_m[cell], around_m[cell]), blocker[cell])
+    return Ways(
+        _better(mission.flight_model.leg, *ends, over_m[cell], around_m[cell]), blocker[cell]
+    )
 
 
 def _better(

@@ -13,10 +13,9 @@ from formulations.p3 import P3
 from formulations.soc import AVAILABLE
 from optuav import solving
 from optuav.arrays import Floats
+from optuav.flight.rotors import Rotors
+from optuav.laser.fits import Fits
 from optuav.mission import Mission, load
-from optuav.mission.beams.fits import Fits
-from optuav.mission.flight_model import flight_of
-from optuav.mission.flights.rotors import Rotors
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective, Trajectory
@@ -79,7 +78,7 @@ def longest(mission: Mission, perspective: Perspective) -> tuple[Plan, list[str]
 
 def without_laser(mission: Mission) -> Mission:
     """The mission without its laser, and without the charging that it states."""
-    charges = flight_of(mission).charging() is not None
+    charges = mission.flight_model.charging() is not None
     charging_keys = ("flight.charge_current_A", "flight.charge_power_W") if charges else ()
     return mission.replace(dict.fromkeys(("laser", *charging_keys)))
 
@@ -121,7 +120,7 @@ def least_pack(
 
 def wind_limits_N(mission: Mission, axis: str) -> tuple[float, float]:
     """Least and largest wind along an axis that lets rotors hold the place [N]."""
-    rotors = Rotors(mission)
+    rotors = Rotors.of(mission)
     motor, weight_N = rotors.motor, rotors.airframe.weight_N
     x, y, z = AXES[axis]
     low, high = (rotor.largest_wind(motor, weight_N, way) for way in ((-x, -y, -z), (x, y, z)))
@@ -131,7 +130,7 @@ def wind_limits_N(mission: Mission, axis: str) -> tuple[float, float]:
 def hover_energy(mission: Mission, axis: str) -> tuple[Floats, Floats]:
     """Wind along an axis [N], 0 N and the weight among it, and energy of `HOVER_S` [J]."""
     low, high = wind_limits_N(mission, axis)
-    weight_N = float(Rotors(mission).airframe.weight_N)
+    weight_N = float(Rotors.of(mission).airframe.weight_N)
     inner = [force for force in (0.0, weight_N) if low < force < high]
     force_N = np.union1d(np.linspace(low, high, WIND_POINTS), inner)
     # At the limits themselves rounding could take the thrust beyond the largest.
@@ -152,7 +151,7 @@ def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floa
 
     The energy is not limited to the battery's intake.
     """
-    conversion, per_km = Fits(mission).conversion, Fits(mission).attenuation_per_km
+    conversion, per_km = Fits.of(mission).conversion, Fits.of(mission).attenuation_per_km
     power_W = laser.received_power(conversion, source_W, per_km, distance_m, np.inf)
     efficiency = laser.efficiency(power_W, source_W)
     return HOVER_S * np.asarray(power_W, dtype=float), np.asarray(efficiency, dtype=float)

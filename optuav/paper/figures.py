@@ -19,8 +19,6 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav import plots
 from optuav.judge import replay
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
-from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves
 from optuav.paper.curves import BEST, DATA, solve, with_deadline
@@ -228,7 +226,7 @@ def system(mission: Mission, perspective: Perspective) -> Exhibits:
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibits:
     """The two wells over the optimal plan."""
-    plan, full = _plan(mission, perspective), vehicle.pool(mission).full
+    plan, full = _plan(mission, perspective), mission.pool.full
     words = {
         name: number(100.0 * sum(getattr(plan.phases[-1], f"{name}_As")) / float(size), 1)
         for name, size in zip(("available", "bound"), full, strict=True)
@@ -241,7 +239,7 @@ def _course(plan: Plan, file: str, words: Mapping[str, object], **others: Any) -
     """The wells of a plan over time."""
     trace = replay(plan).trace
     wells = {name: getattr(trace, name).sum(axis=1) for name in ("available_As", "bound_As")}
-    highest = 100.0 * wells["available_As"].max() / float(vehicle.pool(plan.mission).full[0])
+    highest = 100.0 * wells["available_As"].max() / float(plan.mission.pool.full[0])
     known = {"plan": plan, "highest": highest, **words}
     records, axes = _columns(time_s=trace.time_s, **wells), plots.wells([plan])[0]
     return Exhibit(plan.mission, file, records, known, axes, **others)
@@ -392,7 +390,7 @@ def wind(mission: Mission) -> Exhibits:
 
 def charging(mission: Mission) -> Exhibits:
     """Harvested energy, and efficiency, by the distance from the laser."""
-    if flight_of(mission).charging() is not None:
+    if mission.flight_model.charging() is not None:
         raise NotShownError("the mission states its charging, whatever the distance")
     assert mission.laser is not None
     records, spans = list[Record](), list[str]()
@@ -410,7 +408,7 @@ def charging(mission: Mission) -> Exhibits:
 def runs_dry(mission: Mission) -> Exhibits:
     """The available well over the direct path, which η1 ignores."""
     plan, kept = _plan(mission, "battery", P3()), solve(mission, P3())
-    level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
+    level = 100.0 * plan.phases[-1].available_As[0] / float(mission.pool.capacity_As)
     words = {
         "left": eta(plan, "battery"),
         "level": number(level, 1),

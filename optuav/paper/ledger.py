@@ -17,10 +17,10 @@ from formulations.soc import PAPER, PERSPECTIVES
 from optuav import markup
 from optuav.arrays import Floats
 from optuav.errors import Fault, printed, refuse, shown
+from optuav.flight.rotors import Rotors
 from optuav.frames import DataFrame, frame
+from optuav.laser.fits import Fits
 from optuav.mission import Mission
-from optuav.mission.beams.fits import Fits
-from optuav.mission.flights.rotors import Rotors
 from optuav.mission.messages import counted, nearest, several
 from optuav.network import vehicle
 from optuav.network.network import build_network
@@ -336,7 +336,7 @@ def source_for_full_charge(mission: Mission) -> Value:
     assert mission.laser is not None
     places = build_network(mission).places
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
-    beam, distance_m = Fits(mission), np.linalg.norm(there_m, axis=1)
+    beam, distance_m = Fits.of(mission), np.linalg.norm(there_m, axis=1)
     share = laser.transmission(beam.attenuation_per_km, distance_m)
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
     needed_W = np.max(laser.source_limit(beam.conversion, most_W, share))
@@ -345,7 +345,7 @@ def source_for_full_charge(mission: Mission) -> Value:
 
 def c9_over_c6(mission: Mission) -> Value:
     """The quotient that makes the polynomial of eq (4) voltage times current."""
-    motor, speeds = Rotors(mission).motor, np.array([500.0, 1000.0, 1500.0])
+    motor, speeds = Rotors.of(mission).motor, np.array([500.0, 1000.0, 1500.0])
     # The odd part in v̇ is v̇ (c6 + c8 v + c9 v²).
     odd = rotor.power(motor, speeds, 100.0) - rotor.power(motor, speeds, -100.0)
     c9, _, c6 = np.polyfit(speeds, odd, 2)
@@ -383,8 +383,8 @@ def rotor_voltage(mission: Mission, regime: str) -> Value:
         legs = build_network(mission).legs
         return float(legs.energy_J[0] / legs.charge_As[0])
     if mission.flight.model == "rotors":
-        motor = Rotors(mission).motor
-        force_N = Rotors(mission).airframe.external_force_N((0.0, 0.0, 0.0))
+        motor = Rotors.of(mission).motor
+        force_N = Rotors.of(mission).airframe.external_force_N((0.0, 0.0, 0.0))
         return float(rotor.voltage(motor, rotor.hover_speed(motor, force_N)))
     load = vehicle.hover_load(mission)
     return float(load.power_W) / float(load.current_A)
@@ -460,9 +460,9 @@ FORMULAS: dict[str, Callable[..., Any]] = {
         "z_min" if build_network(m).places.position_m[HOVER][2] == m.limits.min_altitude_m else None
     ),
     "rests_that_pay": lambda m: 1.0 if one_stop_is_enough(build_network(m)) else None,
-    "weight_N": lambda m: -float(Rotors(m).airframe.weight_N),
-    "nominal_energy_J": lambda m: vehicle.pool(m).capacity_As * m.battery.nominal_voltage_V,
-    "full_battery_J": lambda m, voltage_V: vehicle.pool(m).capacity_As * voltage_V,
+    "weight_N": lambda m: -float(Rotors.of(m).airframe.weight_N),
+    "nominal_energy_J": lambda m: m.pool.capacity_As * m.battery.nominal_voltage_V,
+    "full_battery_J": lambda m, voltage_V: m.pool.capacity_As * voltage_V,
     # The propeller of Morbidi et al. (2016) in air of 1.225 kg/m³
     "lift_coefficient": lambda m: 4.8e-3 * 1.225 * math.pi * 0.12**4,
     "drag_coefficient": lambda m: 2.3515e-4 * 1.225 * math.pi * 0.12**5,

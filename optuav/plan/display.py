@@ -50,7 +50,7 @@ def html(plan: Plan) -> str:
         flown = f"{phase.start_place} → {phase.end_place}"
         rows.append((kind, flown if phase.kind == "flight" else phase.end_place, *numbers))
     stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
-    full = vehicle.pool(plan.mission).full
+    full = plan.mission.pool.full
     legend = f"{LEGEND} {EDITED}" if any(phase.edited for phase in plan.phases) else LEGEND
     return shown(
         paragraph(verdict(plan), good=plan.flyable is not False),
@@ -82,7 +82,7 @@ def _notes(plan: Plan) -> Iterator[Element]:
 def levels(plan: Plan) -> Levels:
     """Both wells over a plan; of packs that take turns, when one of them changes its part."""
     mission = plan.mission
-    changes = [(0.0, *vehicle.start(mission).wells(vehicle.pool(mission)))]
+    changes = [(0.0, *vehicle.start(mission).wells(mission.pool))]
     if mission.battery.takes_turns:
         for stretch in chain.from_iterable(carry(mission, plan.phases).stretches):
             end_s = stretch.start_s[0] + stretch.duration_s[0]

@@ -18,13 +18,12 @@ from pydantic import (
 from pydantic_core import core_schema, to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printed, refuse, safe_name
+from optuav.fields import Record, Slot
+from optuav.flight.model import CruisingModel, FlightModel
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, seen_from, write_text
-from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
 from optuav.mission.messages import path_of, several, shown, worded
-from optuav.mission.schema import Record, Slot
-from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
 from optuav.physics.kibam import time_to_empty, time_to_full
@@ -189,7 +188,7 @@ class Plan(Record):
             if phase.kind != "flight" and phase.waypoints_m:
                 wrong.append(f": a {phase.kind} has no waypoints_m")
             if phase.speeds_m_s:
-                wrong += _wrong_speeds(phase, flight_of(self.mission))
+                wrong += _wrong_speeds(phase, self.mission.flight_model)
             if len(phase.available_As) != len(phase.bound_As):
                 wrong.append(": available_As and bound_As need one entry a pack")
             faults += [f"phases[{number}]{words}" for words in wrong]
@@ -315,7 +314,7 @@ class Plan(Record):
 
     def _first_crossing_s(self, *, full: bool) -> float | None:
         """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
-        pool, time_to = vehicle.pool(self.mission), time_to_full if full else time_to_empty
+        pool, time_to = self.mission.pool, time_to_full if full else time_to_empty
         charged = steps(self.mission, self._existing())
         for _, start_s, (current_A, duration_s), before, after in charged:
             level = after.available_As / pool.capacity_As

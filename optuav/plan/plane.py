@@ -12,10 +12,10 @@ import numpy as np
 from formulations.soc import StepEnd
 from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
-from optuav.mission.schema import Limits
 from optuav.modelling import Constraint, Model
 from optuav.modelling.check import Checks, evaluated
 from optuav.plan.display import rounded_up
+from optuav.tables import Limits
 
 Points: TypeAlias = Sequence[tuple[float, float]]
 

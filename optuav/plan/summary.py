@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, TypeAlias
 from optuav.errors import folded, line_width, printable, spelled
 from optuav.mission.files import label
 from optuav.mission.messages import written_out
-from optuav.network import vehicle
 from optuav.options import LONGEST_HOVER
 
 if TYPE_CHECKING:
@@ -196,7 +195,7 @@ def tabulated(
 
 def figures(plan: Plan) -> list[tuple[str, ...]]:
     """Rows of the phases: the kind, and the figures that the `HEADINGS` after its place name."""
-    full = vehicle.pool(plan.mission).full
+    full = plan.mission.pool.full
     rows = []
     for phase in plan.phases:
         times = (_number(time_s, 2) for time_s in (phase.start_s, phase.duration_s))

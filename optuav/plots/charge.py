@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from optuav.arrays import Floats
 from optuav.judge.replay import Replay, replay
 from optuav.looks import PHASES
-from optuav.network import vehicle
 from optuav.network.timeline import carry
 from optuav.physics.kibam import Battery
 from optuav.physics.packs import NOBODY
@@ -116,7 +115,7 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     above.set_label("available $y_1$")
     lost = ax.fill_between(time_s, there_As, bound_As, facecolor="none", zorder=FADE + 0.1)
     lost.set(edgecolor=LACKING, hatch=HATCH, linewidth=0.0, label="not there")
-    full = vehicle.pool(mission).full
+    full = mission.pool.full
     excess_As = np.maximum(total_As - bound_As - full.available_As, 0.0)
     over = ax.fill_between(time_s, total_As - excess_As, total_As, facecolor="white", **flat)
     over.set(edgecolor=EXCESS, hatch=HATCH, label="past full")

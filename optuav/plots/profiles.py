@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
+from optuav.flight.model import FlightModel
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import FlightModel, flight_of
 from optuav.mission.messages import listed, shown
 from optuav.network.scene import scene
 from optuav.physics.flight import LegState, Loads
@@ -191,7 +191,7 @@ def leg(
     'paper: leg origin → hover, 2693.5 m in 37.90 s'
     """
     mission = load(mission)
-    way_m, model = _displacement(mission, start, end), flight_of(mission)
+    way_m, model = _displacement(mission, start, end), mission.flight_model
     loads = model.leg(way_m)
     stages = [*_stages(model, loads)]
     attitudes = any(np.isfinite(stage.state.attitude.pitch_rad).any() for stage in stages)
@@ -226,7 +226,7 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
     if x == y == z == 0.0:
         raise InputError(f"the leg {start} → {end} has no length")
     unknown = "there is no hover point within reach" if math.isnan(x) else None
-    if why := unknown or flight_of(mission).impossible():
+    if why := unknown or mission.flight_model.impossible():
         raise InputError(f"the leg {start} → {end} cannot be flown: {why}")
     return x, y, z
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.fields import Number
 from optuav.mission import Mission
 from optuav.mission.files import read_toml
 from optuav.mission.messages import nearest, of_kind, path_of
-from optuav.mission.schema import Number
 from optuav.network.variants import Columns
 from optuav.physics.quantity import Quantity
 from optuav.studies.samples import Draws, Spread, independent, spreads, with_conversion, written

@@ -15,12 +15,11 @@ from formulations.soc import PAPER
 from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
+from optuav.fields import Number
 from optuav.frames import without_rounding
 from optuav.judge.replay import replay
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import counted, misfits, shown, unlisted
-from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
@@ -442,7 +441,7 @@ def _net_currents(network: Network, lit: bool, pad_power_W: float | None) -> tup
         pad_A = pad_power_W / mission.battery.nominal_voltage_V
         charge_A = np.full_like(charge_A, min(pad_A, mission.battery.charge_current_A))
     hover_A = float(vehicle.hover_load(mission).current_A) - received_A
-    return hover_A, charge_A - float(flight_of(mission).rest().current_A)
+    return hover_A, charge_A - float(mission.flight_model.rest().current_A)
 
 
 def _visits(
@@ -454,7 +453,7 @@ def _visits(
     pad_power_W: float | None,
 ) -> Iterator[Visit]:
     """Yield the visit from every building in reach that charges."""
-    legs, mission, pool = network.legs, network.mission, vehicle.pool(network.mission)
+    legs, mission, pool = network.legs, network.mission, network.mission.pool
     number = 2 + 4 * np.arange(len(mission.buildings))
     reach = legs.flyable[number + 1] & legs.flyable[number + 2]
     if not reach.any():
@@ -472,7 +471,7 @@ def _visits(
 
 def _uncharged(mission: Mission, net_A: float, pad_power_W: float | None) -> Fault:
     """Return why no resting drone charges: the net current into the best one is not above 0."""
-    battery, drawn_A = mission.battery, float(flight_of(mission).rest().current_A)
+    battery, drawn_A = mission.battery, float(mission.flight_model.rest().current_A)
     given_A, other = net_A + drawn_A, "state a pad (pad_power_W) or an exchange (swap_s)"
     if given_A >= battery.charge_current_A:
         words = f"must exceed the {drawn_A:.4g} A that a resting drone draws"
@@ -561,7 +560,7 @@ def _with_currents(mission: Mission, phase: Phase, net_A: dict[str, float]) -> P
     stage, cycle_A = phase.stages[0], net_A.get(phase.kind)
     if cycle_A is None or math.isclose(stage.current_A, cycle_A, rel_tol=1e-12):
         return phase
-    drawn = vehicle.hover_load(mission) if phase.kind == "hover" else flight_of(mission).rest()
+    drawn = vehicle.hover_load(mission) if phase.kind == "hover" else mission.flight_model.rest()
     power_W = (cycle_A + float(drawn.current_A)) * mission.battery.nominal_voltage_V
     net = Flow(cycle_A, power_W - float(drawn.power_W))
     return replace(phase, stages=(PhaseStage(stage.duration_s, *net),), edited=True)

@@ -14,9 +14,9 @@ import numpy as np
 
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, NoPlanError, printable, refuse
+from optuav.fields import Number
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import counted, misfits, shown
-from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.service.checks import calm_line

@@ -9,11 +9,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable, refuse
+from optuav.fields import Number
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import counted, misfits, shown
-from optuav.mission.schema import Number
 from optuav.network.timeline import Phase, simulated
 from optuav.physics.roots import largest
 from optuav.plan import Plan
@@ -252,7 +251,7 @@ def pad_power(
             assert weak is not None  # Without current every pad is too weak
             best, rest_A = visit, weak[1]
     assert best is not None
-    current_A = rest_A + float(flight_of(mission).rest().current_A)
+    current_A = rest_A + float(mission.flight_model.rest().current_A)
     c_rate = 3600.0 * current_A / float(best.battery.capacity_As)
     power_W = current_A * mission.battery.nominal_voltage_V
     accepted = current_A <= mission.battery.charge_current_A

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.fields import Number
 from optuav.judge import Itinerary, Stop, replay
 from optuav.mission.messages import misfits, shown
-from optuav.mission.schema import Number
 from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.network.places import FIRST_BUILDING, HOVER

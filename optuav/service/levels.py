@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from optuav.errors import printable
 from optuav.judge.replay import Replay
-from optuav.network import vehicle
 from optuav.studies.results import Results
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def draw_wells(results: Results, title: str, flights: Flights) -> Axes:
     for well in WELLS:
         hours, percent = list[float](), list[float]()
         for replay, start_s in flights:
-            full_As = float(getattr(vehicle.pool(replay.mission).full, f"{well}_As"))
+            full_As = float(getattr(replay.mission.pool.full, f"{well}_As"))
             level_As = getattr(replay.trace, f"{well}_As")[:, 0]
             hours += ((replay.trace.time_s + start_s) / 3600.0).tolist()
             percent += (100.0 * level_As / full_As).tolist()

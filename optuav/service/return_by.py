@@ -106,7 +106,7 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     """
     loaded = load(mission)
     refuse(schedule_faults(loaded))
-    network, battery = flyable_network(loaded), vehicle.pool(loaded)
+    network, battery = flyable_network(loaded), loaded.pool
     arriving, landing = _ways(network.legs)
     charge = _arrived(loaded, network.legs.stages_of(arriving))
     received_A = float(network.places.charge_current_A[HOVER])
@@ -142,7 +142,7 @@ def _ways(legs: Legs) -> tuple[int, list[int]]:
 
 def _arrived(mission: Mission, way: Sequence[Stage]) -> Tilted:
     """Return the charge on arrival at the hover point, or refuse a well that runs dry before."""
-    battery, charge = vehicle.pool(mission), vehicle.start(mission)
+    battery, charge = mission.pool, vehicle.start(mission)
     for stage in way:
         charge = tilted_after(battery, charge, stage)
         if float(charge.wells(battery).available_As) < -MOST * float(battery.capacity_As):
@@ -287,7 +287,7 @@ def _draw(times: Results) -> Pictures:
         return
     passed_s = np.linspace(0.0, 1.05 * latest_s, POINTS)
     begin, hover = Wells(facts["available_As"], facts["bound_As"]), facts["hover_current_A"]
-    wells = step(vehicle.pool(times.mission), begin, Stage(-hover, passed_s))
+    wells = step(times.mission.pool, begin, Stage(-hover, passed_s))
     lines, marks = list[Line](), list[Mark]()
     for place in dict.fromkeys((times.rows[0]["place"], facts["place"])):
         row = rows[place]

@@ -12,9 +12,9 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
+from optuav.fields import Number
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unlisted
-from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network
 from optuav.network.variants import Variants, stacked

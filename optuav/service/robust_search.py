@@ -14,7 +14,6 @@ from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, levels, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.solution import Solution
-from optuav.mission.flight_model import flight_of
 from optuav.modelling import Model
 from optuav.network.network import Network
 from optuav.network.variants import Variants
@@ -262,7 +261,7 @@ def figures(
     point = np.arange(variants.count).repeat(len(routes))
     all_routes = variants.network.routes
     table = quantities(variants, which, point, rests=bool(all_routes.building[routes[0]] >= 0))
-    resting = flight_of(variants.mission).rest()
+    resting = variants.mission.flight_model.rest()
     hover_A, rest_A = (
         table_entries(flow.current_A, point, np.zeros_like(which))
         for flow in (variants.hover_load, resting)

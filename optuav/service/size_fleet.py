@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
+from optuav.fields import Number
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
 from optuav.mission.messages import misfits, of_kind, path_of, unknown
-from optuav.mission.schema import Number
 from optuav.plan.summary import tabulated
 from optuav.service.checks import calm_line, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage

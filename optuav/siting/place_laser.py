@@ -14,10 +14,10 @@ import numpy.typing as npt
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats, Integers, plain
 from optuav.errors import Fault, folded, line_width, printable, printed, refuse
+from optuav.fields import Number
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import counted, listed, misfits, shown, unlisted
-from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
 from optuav.network.scene import scene
 from optuav.options import Perspective

@@ -10,7 +10,6 @@ import numpy as np
 from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, Number, Quantities
 from formulations.soc import STAYS
 from optuav.arrays import Integers
-from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import now_of, numeric_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -196,9 +195,10 @@ def figures(variants: Variants) -> Quantities:
             full_J = np.where(np.isnan(full_J), packs * capacity_As * mean_V, full_J)
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
     received_A, received_W = (received[:, [HOVER]] for received in variants.received)
+    resting = variants.mission.flight_model.rest()
     rest_A, rest_W = (
         np.where(building >= 0, table[:, roof] - drawn, 0.0)
-        for table, drawn in zip(variants.received, flight_of(variants.mission).rest(), strict=True)
+        for table, drawn in zip(variants.received, resting, strict=True)
     )
     start, soc = variants.mission.start, None
     wells: tuple[Quantity | None, Quantity | None] = (None, None)
@@ -206,7 +206,7 @@ def figures(variants: Variants) -> Quantities:
         if start.soc is not None and start.available_As is None and not np.isnan(start.soc).any():
             soc = start.soc
         elif start.soc is not None or start.available_As is not None:
-            charge = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
+            charge = vehicle.start(variants.mission).wells(variants.mission.pool)
             wells = np.atleast_2d(charge.available_As), np.atleast_2d(charge.bound_As)
     return Quantities(
         deadline_s=limits.deadline_s,

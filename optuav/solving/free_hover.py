@@ -27,8 +27,6 @@ from optuav.engines.registry import AUTO, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
-from optuav.mission.beams import beam_of
-from optuav.mission.flight_model import flight_of
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -250,7 +248,7 @@ class PointSearch:
         mission, routes, places = network.mission, network.routes, network.places
         rings_m = np.concatenate([[0.0], np.geomspace(*RINGS), [np.inf]])
         most_s = np.full((len(routes), len(rings_m) - 1), np.inf)
-        if (flight := flight_of(mission)).least(0.0) is None:
+        if (flight := mission.flight_model).least(0.0) is None:
             return rings_m, most_s
         count, at_m = len(routes), places.position_m
         start, end = (ends[routes.legs] for ends in (network.legs.start, network.legs.end))
@@ -276,7 +274,7 @@ class PointSearch:
             loads = flight.least(np.where(hovers, open_m, known_m).reshape(1, -1))
             variants = Variants(separate, {"route.hover_m[2]": points_m[:1, 2]})
             assert loads is not None
-            leg = gentlest(vehicle.pool(mission), loads.charge_As, loads.least_current_A)
+            leg = gentlest(mission.pool, loads.charge_As, loads.least_current_A)
             vars(variants).update(loads=loads, received=received, shifts=[leg], able=able)
             most_s[:, ring] = hover_bounds_s(variants, self.perspective)[:, 0]
         return rings_m, most_s
@@ -398,8 +396,8 @@ def _gain(plan: Plan, own: Plan) -> str:
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
     """(P1) over w, which is taken to be in sight of the laser, Δ and T' for some routes."""
     mission, table, legs = network.mission, network.legs, network.routes.legs[which]
-    beam = mission.laser and beam_of(mission)
-    if why := flight_of(mission).needs_numbers or (beam and beam.needs_numbers):
+    beam = mission.laser and mission.beam
+    if why := mission.flight_model.needs_numbers or (beam and beam.needs_numbers):
         raise InputError(f"the program of a free hover point cannot be declared: {why}")
     flown = legs != NO_LEG
     to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
@@ -424,7 +422,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         ]
         for name, end in (("before", table.start[legs[to_w]]), ("after", table.end[legs[from_w]]))
     )
-    flight = flight_of(mission)
+    flight = mission.flight_model
     arriving, leaving = flight.leg(_way(before, w)), flight.leg(_way(w, after))
     stages: dict[object, list[Stage | str]] = {
         name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]

@@ -15,8 +15,8 @@ from optuav.arrays import Booleans, Floats, plain
 from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse, shown
+from optuav.fields import Number
 from optuav.mission.messages import unlisted
-from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.options import KEEP_SOC, KeepSoc
 from optuav.physics.kibam import Battery, Stage, falls_throughout

@@ -21,9 +21,8 @@ from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import BELOW_RESERVE, MISMATCH, replay
+from optuav.laser.beam import SpreadingBeam
 from optuav.mission import Mission
-from optuav.mission.beams import beam_of, spreading_beam
-from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import as_stated, numeric_keys
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
@@ -122,14 +121,14 @@ def plan_for(
     if flown and given:
         edited = {phase.kind == "flight" for phase in flown if phase.edited}
         notes += (words for is_leg, words in EDITED.items() if is_leg in edited)
-        peak_m_s, has_drag = max(p.peak_speed_m_s for p in flown), flight_of(mission).has_drag
+        peak_m_s, has_drag = max(p.peak_speed_m_s for p in flown), mission.flight_model.has_drag
         warnings = [speed_warning(peak_m_s, has_drag=has_drag), _slowed(network, flown)]
         cap = charging_cap(mission, network.places)
         if cap and any(phase.end_place in cap.places for phase in flown):
             warnings.append(cap.words)
-        if mission.laser is not None:
-            warnings.append(beam_of(mission).limit_warning())
-        if beam := spreading_beam(mission):
+        if (beam := mission.beam) is not None:
+            warnings.append(beam.limit_warning())
+        if isinstance(beam, SpreadingBeam):
             warnings.append(beam.eye_warning)
         notes += filter(None, warnings)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
@@ -168,7 +167,7 @@ def _slowed(network: Network, flown: Sequence[Phase]) -> str | None:
             start_m, end_m = places.position_m[[start, end]]
             ways_m.append(np.diff([start_m, *leg.waypoints_m, end_m], axis=0))
     x, y, z = np.concatenate(ways_m).T
-    return flight_of(network.mission).slowed((x, y, z)) if len(x) else None
+    return network.mission.flight_model.slowed((x, y, z)) if len(x) else None
 
 
 def route_plan(

@@ -152,7 +152,7 @@ class _Route:
         capacity_As = battery.packs * battery.capacity_As
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
         self.always = mission.limits.keep_soc == "always"
-        share = vehicle.start(mission).total_As / vehicle.pool(mission).capacity_As
+        share = vehicle.start(mission).total_As / mission.pool.capacity_As
         self.spare_As = (share - mission.limits.min_soc) * capacity_As
         self.spare_As -= float(network.routes.flight_charge_As[number])
         # Between the two wells of a pack no more than k_F B flows, either way.

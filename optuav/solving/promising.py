@@ -10,7 +10,6 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.registry import AUTO
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.network import Network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
@@ -110,7 +109,7 @@ def fewer(network: Network, columns: Columns, question: Question) -> Network | N
     """Routes that give `best_of_few` most plans of such variants; None without any."""
     mission, places, size = network.mission, network.places, FIRST // 2
     known = question.perspective == AVAILABLE and mission.battery.charging == "constant"
-    known = known and flight_of(mission).least(0.0) is not None
+    known = known and mission.flight_model.least(0.0) is not None
     if not known or question.problem != P1() or not takes_arrays(mission, question):
         return None
     away_m = norm(tuple((places.position_m - places.position_m[HOVER])[FIRST_BUILDING:].T))
@@ -151,11 +150,11 @@ def _open(variants: Variants, hover_s: Floats) -> Booleans:
     and hover point counts its charge at the least that any such leg draws.
     """
     mission, table = variants.mission, figures(variants)
-    pool, hover_m = vehicle.pool(mission), variants.position_m[:, [HOVER]]
+    pool, hover_m = mission.pool, variants.position_m[:, [HOVER]]
     roofs_m = np.delete(mission.buildings.roof_m, variants.network.routes.building[1:], axis=0)
     x, y, z = np.moveaxis(hover_m - roofs_m, -1, 0)
     nearest_m = np.sqrt((x * x + y * y + z * z).min(axis=1, keepdims=True))
-    loads = flight_of(mission).least(nearest_m)
+    loads = mission.flight_model.least(nearest_m)
     assert loads is not None
     leg = gentlest(pool, loads.charge_As, loads.least_current_A)
     hover = Stage(-table.hover_current_A, hover_s[:, None] - SLACK_S)

@@ -26,10 +26,10 @@ from optuav.engines.registry import (
 )
 from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, collected, nearest, refuse
+from optuav.fields import SLOT, Number
+from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import FLIGHTS, CruisingModel, flight_of
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
-from optuav.mission.schema import SLOT, Number
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
 from optuav.options import HOVER_POINTS, ORDERS, SPEEDS, TRAJECTORIES, Perspective, ProblemName
@@ -241,7 +241,7 @@ def _faults_of_stops(mission: Mission, perspective: str) -> Iterator[Fault]:
 
 def _speed_faults(mission: Mission, perspective: str) -> Iterator[Fault]:
     """Missions whose legs have no speed that may be chosen."""
-    if not isinstance(flight_of(mission), CruisingModel):
+    if not isinstance(mission.flight_model, CruisingModel):
         able = [shown(name) for name, each in FLIGHTS.items() if issubclass(each, CruisingModel)]
         words = f"{' or '.join(able)} with speed = 'free', as its legs have a speed to choose"
         yield Fault("flight.model", shown(mission.flight.model), words)

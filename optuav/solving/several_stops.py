@@ -100,7 +100,7 @@ def terrain(network: Network) -> Terrain:
     stay_current_A, buildings = np.zeros(places), np.arange(FIRST_BUILDING, places)
     for place in (HOVER, buildings):
         stay_current_A[place] = stay_net(network, place).current_A
-    pool, limits = vehicle.pool(mission), mission.limits
+    pool, limits = mission.pool, mission.limits
     least_As = limits.min_soc * float(pool.capacity_As)
     return Terrain(
         pool,
@@ -225,7 +225,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
 
 def _binding(plan: Plan) -> Iterator[str]:
     """Labels of the limits that a plan reaches."""
-    limits, pool = plan.mission.limits, vehicle.pool(plan.mission)
+    limits, pool = plan.mission.limits, plan.mission.pool
     if plan.mission_time_s >= limits.deadline_s * (1.0 - BINDS):
         yield "deadline"
     for phase in plan.phases:

@@ -13,7 +13,7 @@ import numpy as np
 from formulations.parameters import Landing, Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.flight_model import CruisingModel, flight_of
+from optuav.flight.model import CruisingModel
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG, Legs, legs_at, segment_ways
 from optuav.network.network import Network
@@ -48,7 +48,7 @@ class LegSpeeds:
     """
 
     def __init__(self, network: Network) -> None:
-        flight = flight_of(network.mission)
+        flight = network.mission.flight_model
         assert isinstance(flight, CruisingModel)
         self.network, self.flight = network, flight
         self.ways_m = segment_ways(network.places, network.legs)  # (axis, segment, leg)
@@ -194,7 +194,7 @@ def hover_bounds_at_any_speed_s(speeds: LegSpeeds) -> Floats:
     best = speeds.with_legs(replace(slow, currents_A=current_A))
     routes = replace(best.routes, flight_time_s=fastest.routes.flight_time_s)
     drawn_A = np.where(t > 0.0, slow.currents_A, math.inf)
-    falls = falls_throughout(vehicle.pool(mission), -drawn_A).all()
+    falls = falls_throughout(mission.pool, -drawn_A).all()
     hover_A = vehicle.hover_load(mission).current_A - fastest.places.charge_current_A[HOVER]
     tilted = hover_A < 0.0 or vehicle.start(mission).tilt_As > 0.0
     perspective = AVAILABLE if falls and not tilted else "battery"
@@ -206,7 +206,7 @@ def _bounds_from_full_s(network: Network, hover_A: Quantity) -> Floats:
     """Upper bounds of Δ by route [s]: a rest before the hover leaves no more than all charge."""
     limits, routes = network.mission.limits, network.routes
     flown_As = np.append(network.legs.charge_As, 0.0)[routes.legs[:, 1:]].sum(axis=1)  # 0: NO_LEG
-    stored_As = vehicle.pool(network.mission).capacity_As * (1.0 - limits.min_soc)
+    stored_As = network.mission.pool.capacity_As * (1.0 - limits.min_soc)
     most_s = (stored_As - flown_As) / hover_A
     return np.where(routes.rest_first, np.where(most_s >= 0.0, most_s, -np.inf), np.inf)
 

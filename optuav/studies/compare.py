@@ -10,10 +10,10 @@ from typing import Any
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, collected, refuse
+from optuav.fields import SLOT, Number
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, several, shown, unknown
-from optuav.mission.schema import SLOT, Number
 from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in, tabulated

@@ -12,9 +12,9 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, plain
 from optuav.errors import Fault, collected, refuse
+from optuav.fields import MOST_ITEMS, Number
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
-from optuav.mission.schema import MOST_ITEMS, Number
 from optuav.studies.samples import SEED
 
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from optuav.errors import Fault, InputError, folded, line_width, printed, refuse
+from optuav.fields import COORDINATE, Number
 from optuav.frames import DataFrame, frame
+from optuav.laser.beam import BEAMS, SpreadingBeam
 from optuav.mission import Mission, load
-from optuav.mission.beam import BEAMS, SpreadingBeam
-from optuav.mission.beams import spreading_beam
 from optuav.mission.keys import quantity
 from optuav.mission.messages import misfits, nearest, shown
-from optuav.mission.schema import COORDINATE, Number
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import FIRST_BUILDING, build_places
@@ -72,6 +71,8 @@ class LinkBudget:
     hazard_distance_m, eye_limit_W_m2
         Distance where the beam falls to the limit for the eye [m], and that limit [W/m²]; NaN
         if none is known. This is not a safety assessment.
+    charging_limit_W
+        Largest power that the battery takes [W].
 
     Examples
     --------
@@ -99,6 +100,7 @@ class LinkBudget:
     limit: str | None
     hazard_distance_m: float
     eye_limit_W_m2: float
+    charging_limit_W: float
     beam: SpreadingBeam = field(repr=False, compare=False)
 
     def reach_m(self, dc_W: float) -> float:
@@ -108,7 +110,7 @@ class LinkBudget:
         infinite where all do. Raises `InputError` for a number beyond ±1e9.
         """
         refuse(misfits(("dc_W", dc_W, POWER)))
-        return self.beam.reach_m(dc_W, vehicle.charging_limit_W(self.beam.mission))
+        return self.beam.reach_m(dc_W, self.charging_limit_W)
 
     def rows(self) -> list[tuple[str, float, str]]:
         """Names, values and units of the figures, in the order of the way."""
@@ -151,8 +153,7 @@ class LinkBudget:
 
     def stations(self) -> list[Station]:
         """Power on its way from the source to the battery, station by station."""
-        laser = self.beam.mission.laser
-        source_W = laser.power_W if laser else self.light_W
+        source_W = self.beam.laser.power_W
         source = [Station("source", source_W, electric=True)] if source_W != self.light_W else []
         return [
             *source,
@@ -205,7 +206,7 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     (2000, 1.0, 'battery.charge_current_A = 10 A')
     """
     mission = load(mission)
-    if (beam := spreading_beam(mission)) is None:
+    if not isinstance(beam := mission.beam, SpreadingBeam):
         able = [shown(name) for name, each in BEAMS.items() if issubclass(each, SpreadingBeam)]
         words, stated = f"must be {' or '.join(able)}, a beam that spreads", ""
         if mission.laser and mission.laser.beam:
@@ -214,11 +215,10 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     name, number, place_m = _place(mission, at)
     away_m = float(vehicle.laser_distance_m(mission, place_m))
     chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)
-    assert mission.laser is not None
     dc_W = float(beam.received_W(away_m, most_W))
     key = beam.limiting_key(away_m, most_W)
     limit = f"{key} = {quantity(mission, str(key))}" if dc_W < (1.0 - SAME) * chain.dc_W else None
-    ends_m = np.array([mission.laser.position_m]), np.array([place_m])
+    ends_m = np.array([beam.laser.position_m]), np.array([place_m])
     blocker = crossed(prisms(mission.buildings), *ends_m, np.array([[number]]))
     return LinkBudget(
         place=name,
@@ -235,6 +235,7 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
         limit=limit,
         hazard_distance_m=beam.hazard_distance_m,
         eye_limit_W_m2=beam.eye_limit_W_m2,
+        charging_limit_W=float(most_W),
         beam=beam,
     )
 

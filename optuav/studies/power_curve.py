@@ -10,8 +10,8 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, printable
+from optuav.flight.model import FLIGHTS, FlightModel
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import FLIGHTS, FlightModel, flight_of
 from optuav.mission.messages import several, shown
 from optuav.plan.summary import tabulated
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
@@ -111,7 +111,7 @@ def power_curve(
     17.9 m/s
     """
     whole = load(mission)
-    flight = flight_of(whole)
+    flight = whole.flight_model
     hover = flight.power_over_speed(0.0)
     if hover is None:
         silent = FlightModel.power_over_speed

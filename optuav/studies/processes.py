@@ -9,7 +9,7 @@ from multiprocessing import get_context, parent_process
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
-from optuav.mission.schema import Number
+from optuav.fields import Number
 
 Result = TypeVar("Result")
 FEWEST = 4  # Tasks that are worth a process, which takes a second to start

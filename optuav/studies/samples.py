@@ -14,6 +14,8 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.fields import Number
+from optuav.laser.fits import CONVERSIONS, Laser
 from optuav.mission import Mission, load
 from optuav.mission.files import label, read_toml
 from optuav.mission.keys import (
@@ -29,7 +31,6 @@ from optuav.mission.keys import (
     unknown_keys,
 )
 from optuav.mission.messages import misfits, path_of, shown, unlisted
-from optuav.mission.schema import CONVERSIONS, Laser, Number
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)

@@ -11,6 +11,8 @@ import numpy as np
 
 from optuav.arrays import Floats, plain
 from optuav.errors import Fault, InputError, refuse
+from optuav.fields import Number
+from optuav.laser.fits import CONVERSIONS, Laser
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.keys import (
@@ -24,7 +26,6 @@ from optuav.mission.keys import (
     unknown_keys,
 )
 from optuav.mission.messages import shown
-from optuav.mission.schema import CONVERSIONS, Laser, Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
 from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted

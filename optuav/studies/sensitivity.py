@@ -9,9 +9,9 @@ import numpy as np
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
+from optuav.fields import Number
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted, misfits, shown, unlisted
-from optuav.mission.schema import Number
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
 from optuav.plan.summary import tabulated

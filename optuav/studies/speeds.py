@@ -12,7 +12,6 @@ from formulations.p1 import P1
 from optuav.arrays import Floats
 from optuav.errors import printable
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
@@ -102,7 +101,7 @@ def _draw(found: Results, route: RouteSpeeds | None, plan: Plan) -> Pictures:
     hovers_s = route.hover_times_s(points, 0.0, perspective)
     flown = np.isfinite(hovers_s)
     at_best = [speed for leg in plan.speeds_m_s for speed in leg]
-    curve: Any = flight_of(found.mission).power_over_speed(0.0)
+    curve: Any = found.mission.flight_model.power_over_speed(0.0)
     named = {"best endurance": curve.best_endurance[0], "best range": curve.best_range[0]}
     ax = curves(
         [

@@ -17,11 +17,11 @@ from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, collected, refuse
+from optuav.fields import Allowed, Number
 from optuav.mission import load_all
 from optuav.mission.files import STANDARD, beside, label, read_toml
 from optuav.mission.load import is_name
 from optuav.mission.messages import allowed, misfits, nearest, shown
-from optuav.mission.schema import Allowed, Number
 from optuav.options import Perspective
 from optuav.solving.question import ASKED, Question, checked_question, perspectives_of, problem_of
 from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, dotted, sobol, spreads

@@ -14,10 +14,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.mission import Mission, schema, tables
+from optuav import fields
+from optuav.fields import MOST_ITEMS
+from optuav.mission import Mission, building_columns
+from optuav.mission.building_columns import of_polygons
 from optuav.mission.buildings import Buildings
-from optuav.mission.schema import MOST_ITEMS
-from optuav.mission.tables import of_polygons
 from tests.mission.strategies import buildings as listings
 
 PAPER = optuav.load("paper")
@@ -162,7 +163,7 @@ def test_columns_may_be_longer_than_lists() -> None:
 def test_single_buildings_of_a_long_table_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     columns = {"name": [*"abcdefgh"], "x_m": range(8), "y_m": [0.0] * 8, "z_m": [1.0] * 8}
     mission = PAPER.with_buildings(columns)
-    for module in (tables, schema):
+    for module in (building_columns, fields):
         monkeypatch.setattr(module, "MOST_ITEMS", 3)
     lower = mission.replace({"buildings.d.position_m": [0, 0, 5], "buildings.e": None})
     assert lower.buildings.names == tuple("abcdfgh")
@@ -173,7 +174,7 @@ def test_single_buildings_of_a_long_table_are_replaced(monkeypatch: pytest.Monke
 
 def test_a_fault_in_a_long_table_is_found_by_its_number(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rows are judged a part at a time; names are compared with all others."""
-    monkeypatch.setattr(tables, "MOST_ITEMS", 3)
+    monkeypatch.setattr(building_columns, "MOST_ITEMS", 3)
     columns = {"name": [*"abcdefgb"], "x_m": range(8), "y_m": [0.0] * 8, "z_m": [1.0] * 8}
     columns["z_m"] = [1.0] * 5 + [NAN, 1.0, 1.0]
     assert faults_of(PAPER, **columns) == [

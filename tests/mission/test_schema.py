@@ -15,11 +15,13 @@ from pydantic import ValidationError
 
 import optuav.mission
 from optuav.errors import InputError
-from optuav.mission import Mission, load, schema
-from optuav.mission.flights.regimes import RegimeFlight
-from optuav.mission.schema import BatteryPacks, Building, Laser, RouteEnds
+from optuav.flight.regimes import RegimeFlight
+from optuav.laser.fits import Laser
+from optuav.mission import Mission, load
 from optuav.mission.validation import MOST_TURNS
+from optuav.options import Charging
 from optuav.physics import kibam
+from optuav.tables import BatteryPacks, Building, RouteEnds
 from tests.examples import few
 from tests.mission.strategies import documents, missions
 
@@ -568,7 +570,7 @@ def test_shipped_directory_holds_missions_only() -> None:
 
 
 def test_every_charging_has_its_physics() -> None:
-    assert {*get_args(schema.Charging)} == kibam.STEPS.keys()
+    assert {*get_args(Charging)} == kibam.STEPS.keys()
 
 
 def test_the_least_period_is_documented() -> None:

@@ -14,7 +14,6 @@ from pydantic import BaseModel
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
 from optuav.mission.template import INSTEAD, Datasheet, RotorDatasheet, template
 from optuav.network.feasibility import advice
 from optuav.network.vehicle import hover_load
@@ -113,7 +112,7 @@ def test_a_sheet_of_rotors_feeds_the_radio_by_the_pack() -> None:
     mission = RotorDatasheet(**common, **rotors, drag_ratio=0.3).mission()
     assert mission.link.transmit_voltage_V == pytest.approx(22.2)
     assert not any("radio" in words for words in advice(mission))
-    drawn, hovering = hover_load(mission), flight_of(mission).hover()
+    drawn, hovering = hover_load(mission), mission.flight_model.hover()
     assert drawn.current_A - hovering.current_A == pytest.approx(5.0 / 22.2)
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 
 import optuav
+from optuav.flight.rotors import Rotors
 from optuav.mission import Mission
-from optuav.mission.flights.rotors import Rotors
 from optuav.network.legs import Legs, build_legs
 from optuav.network.network import build_network
 from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places
@@ -96,7 +96,7 @@ def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> Non
     where, table = network.places.position_m, network.legs
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
         x, y, z = (where[end] - where[start]).tolist()
-        one = Rotors(mission).six_stage_leg((x, y, z))
+        one = Rotors.of(mission).six_stage_leg((x, y, z))
         expected = {
             "distance_m": math.hypot(x, y, z),
             "peak_speed_m_s": one.peak_speed_m_s,

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.schema import Building
 from optuav.network import obstacles as sight
 from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, clear_lines, crossed
 from optuav.network.places import HOVER
 from optuav.network.prisms import prisms
+from optuav.tables import Building
 
 Point = tuple[float, float, float]
 Ring = Sequence[tuple[float, float]]

@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from optuav.arrays import Floats, Integers
-from optuav.mission.tables import of_polygons
+from optuav.mission.building_columns import of_polygons
 from optuav.network import obstacles as sight
 from optuav.network import sweep
 from optuav.network.obstacles import CLEAR, crossed

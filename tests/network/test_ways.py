@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
 from optuav.network import ways
 from optuav.network.network import build_network
 from tests.examples import few
@@ -233,7 +232,7 @@ def test_a_bent_leg_is_flown_segment_by_segment(name: str) -> None:
     plan = optuav.solve(mission, "P3")
     leg, at_m = plan.phases[0], build_network(mission).places.position_m
     points_m = np.array([at_m[0], *leg.waypoints_m, at_m[1]])
-    parts = [flight_of(mission).leg(tuple(way)) for way in np.diff(points_m, axis=0).tolist()]
+    parts = [mission.flight_model.leg(tuple(way)) for way in np.diff(points_m, axis=0).tolist()]
     assert len(parts) == 2
     assert leg.duration_s == pytest.approx(sum(float(x.duration_s) for x in parts), rel=1e-12)
     assert -leg.charge_As == pytest.approx(sum(float(x.charge_As) for x in parts), rel=1e-12)

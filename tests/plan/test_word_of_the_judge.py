@@ -9,7 +9,6 @@ import pytest
 
 import optuav
 from optuav.diagnosis.sentences import verdict
-from optuav.network import vehicle
 from optuav.network.timeline import simulated
 from optuav.paper.figures import grounded
 from optuav.plan.plan import CANNOT
@@ -89,7 +88,7 @@ def test_the_plotted_wells_have_the_judges_title_and_the_charge_past_full() -> N
     assert after.get_title(loc="left").endswith("cannot be flown")
     (band,) = (each for each in over.collections if each.get_label() == "past full")
     levels_As = band.get_paths()[0].vertices[:, 1]
-    full_As = float(vehicle.pool(RELAY).capacity_As)
+    full_As = float(RELAY.pool.capacity_As)
     assert levels_As.max() == pytest.approx(69_500.0, abs=500.0)  # 42 336 + 8 A · 3484 s − flights
     assert levels_As[levels_As < levels_As.max()].min() <= full_As
     legend = over.get_figure(root=True).legends[0]

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from optuav.flight.rotors import Rotors
 from optuav.mission import Mission
-from optuav.mission.flights.rotors import Rotors
 from optuav.network import vehicle
 from optuav.physics.flight import Loads
 from tests.kibam import Kibam
@@ -51,7 +51,7 @@ def hidden(mission: Mission, from_m: Array, to_m: Array, exempt: str = "") -> np
 def leg(mission: Mission, start_m: Array, end_m: Array) -> Loads:
     """What legs draw; either end may be an array (point, 3) [m]."""
     x, y, z = np.moveaxis(end_m - start_m, -1, 0)
-    return Rotors(mission).six_stage_leg((x, y, z)).loads
+    return Rotors.of(mission).six_stage_leg((x, y, z)).loads
 
 
 class Way(NamedTuple):

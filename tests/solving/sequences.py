@@ -20,7 +20,6 @@ from scipy.sparse import block_diag, csr_array
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 
 LINEAR = ("battery", "energy", "adjusted")
@@ -80,7 +79,7 @@ class Town:
         for start, end in itertools.permutations(self.position_m, 2):
             ways_m = self.position_m[start], self.position_m[end]
             if end != "origin" and start != "destination" and self._clear(*ways_m, start, end):
-                loads = flight_of(self.mission).leg(tuple((ways_m[1] - ways_m[0]).tolist()))
+                loads = self.mission.flight_model.leg(tuple((ways_m[1] - ways_m[0]).tolist()))
                 drawn = loads.duration_s, loads.charge_As, loads.energy_J
                 yield (start, end), tuple(map(float, drawn))
 
@@ -125,7 +124,7 @@ def programme(town: Town, stops: tuple[str, ...], perspective: str) -> Programme
     full_J = full_As * battery.nominal_voltage_V
     ways = itertools.pairwise(("origin", *stops, "destination"))
     flight_s, flight_As, flight_J = map(sum, zip(*(town.legs[way] for way in ways), strict=True))
-    hover, rest = vehicle.hover_load(mission), flight_of(mission).rest()
+    hover, rest = vehicle.hover_load(mission), mission.flight_model.rest()
     cost = []
     for stop in stops:
         drawn_A, drawn_W = map(float, hover if stop == "hover" else rest)

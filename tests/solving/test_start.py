@@ -145,7 +145,7 @@ def test_a_start_that_cannot_be_is_refused(start: Any, words: str) -> None:
 def test_rounding_beyond_the_wells_is_clipped() -> None:
     """1e-6 B beyond a well is rounding: the mission begins full, or empty."""
     mission = PAPER.replace({"start.available_As": 57_600.05, "start.bound_As": -0.05})
-    begin = vehicle.start(mission).wells(vehicle.pool(mission))
+    begin = vehicle.start(mission).wells(mission.pool)
     assert [float(each) for each in begin] == pytest.approx([57_600, 0], abs=1e-9)
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from optuav import physics
-from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
-from optuav.mission.messages import allowed, table
-from optuav.mission.schema import Acceleration, Current, LoadCurrent, LoadPower, Power, Speed
+from optuav.fields import Acceleration, Current, LoadCurrent, LoadPower, Power, Speed
+from optuav.flight.model import MODEL, FlightModel, FlightTable
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads
@@ -45,22 +45,19 @@ class RegimeFlight(FlightTable):
     """Charging power in sight of the laser [W]; replaces the laser's power model."""
 
 
+@dataclass(eq=False)
 class Regimes(FlightModel):
     """Constant current and power in flight, in hover and at rest."""
+
+    flight: RegimeFlight
 
     name: ClassVar[str] = "regimes"
     table: ClassVar[type[FlightTable]] = RegimeFlight
     refuses: ClassVar[tuple[str, ...]] = ("wind.force_N", "wind.velocity_m_s")
     radio_included: ClassVar[bool] = True
 
-    @property
-    def stated(self) -> RegimeFlight:
-        """The keys of [flight]."""
-        assert isinstance(self.mission.flight, RegimeFlight)
-        return self.mission.flight
-
     def leg(self, way_m: Vector) -> Loads:
-        keys = self.stated
+        keys = self.flight
         cap_m_s = math.inf if keys.max_speed_m_s is None else keys.max_speed_m_s
         drawn = keys.flight_current_A, keys.flight_power_W
         return physics.bang_bang.leg(way_m, keys.acceleration_m_s2, *drawn, cap_m_s)
@@ -78,17 +75,16 @@ class Regimes(FlightModel):
         return physics.bang_bang.state_at(leg, passed_s)
 
     def charging(self) -> Flow | None:
-        return None if self.stated.charge_current_A is None else self._flow("charge")
+        return None if self.flight.charge_current_A is None else self._flow("charge")
 
     def _flow(self, regime: str) -> Flow:
-        keys = vars(self.stated)
+        keys = vars(self.flight)
         return physics.flight.Flow(keys[f"{regime}_current_A"], keys[f"{regime}_power_W"])
 
     @classmethod
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
         charging = [key for key in CHARGING if key in document["flight"]]
         for key in {*CHARGING}.difference(charging) if charging else ():
-            words = f"is missing; {allowed(RegimeFlight, key)}, stated together with {charging[0]}"
-            yield ("flight", key), words
+            yield ("flight", key), f"stated together with {charging[0]}"
         if charging and "laser" not in document:
-            yield ("laser",), f"is missing; {table('laser')}, needed by flight.{charging[0]}"
+            yield ("laser",), f"needed by flight.{charging[0]}"

@@ -12,10 +12,17 @@ from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
 from optuav.arrays import Floats, Integers, plain
 from optuav.errors import Fault, InputError, printable, refuse
-from optuav.mission import schema
+from optuav.fields import (
+    MOST_CORNERS,
+    MOST_ITEMS,
+    Altitude,
+    Coordinate,
+    Length,
+    MissionSection,
+    Name,
+)
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import MOST_ITEMS, MissionSection
 from optuav.mission.validation import (
     Breach,
     Document,
@@ -24,6 +31,7 @@ from optuav.mission.validation import (
     rules_of_buildings,
     without,
 )
+from optuav.tables import Building
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -33,12 +41,12 @@ COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
 MOST_BYTES = 8  # Size of a number that is a float of Python
 _LISTS = TypeAdapter(
     tuple[
-        Annotated[tuple[schema.Name, ...], FailFast()],
-        Annotated[list[schema.Coordinate], FailFast()],
-        Annotated[list[schema.Coordinate], FailFast()],
-        Annotated[list[schema.Altitude], FailFast()],
-        Annotated[list[schema.Length], FailFast()],
-        Annotated[list[Annotated[int, Ge(3), Le(schema.MOST_CORNERS)]], FailFast()],
+        Annotated[tuple[Name, ...], FailFast()],
+        Annotated[list[Coordinate], FailFast()],
+        Annotated[list[Coordinate], FailFast()],
+        Annotated[list[Altitude], FailFast()],
+        Annotated[list[Length], FailFast()],
+        Annotated[list[Annotated[int, Ge(3), Le(MOST_CORNERS)]], FailFast()],
     ],
     config=ConfigDict(allow_inf_nan=False),
 )
@@ -163,7 +171,7 @@ def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
 def row_by_row(rows: list[Document], source: str = "") -> Buildings:
     """The buildings of any number of tables [[buildings]], or an `InputError` with their faults."""
     content = StatedMission({"buildings": rows}, {(): source})
-    buildings, breaches = list[schema.Building](), list[Breach]()
+    buildings, breaches = list[Building](), list[Breach]()
     for begin in range(0, len(rows), MOST_ITEMS):
         part = {"buildings": rows[begin : begin + MOST_ITEMS]}
         try:

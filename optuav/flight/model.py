@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from optuav.mission.schema import Allowed, Altitude, Clearance, MissionSection, OneOf, Switch
+from optuav.fields import (
+    Allowed,
+    Altitude,
+    Clearance,
+    MadeOfTables,
+    MissionSection,
+    OneOf,
+    Slider,
+    Switch,
+)
 from optuav.options import Obstacles
 
 if TYPE_CHECKING:
-    from optuav.mission.mission import Mission
     from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
     from optuav.physics.quantity import Quantity, Vector
 
@@ -23,18 +32,6 @@ BENT = ("over", "around")
 """Rules that bend a leg around a building that blocks it."""
 BENDING = ("clearance_m", "max_altitude_m")
 """Keys that go with these rules only."""
-
-
-class Slider(NamedTuple):
-    """A number of the mission that is worth moving by hand."""
-
-    key: str  # Dotted
-    axis: int | None  # Component, if it is a vector
-    label: str
-    symbol: str
-    unit: str
-    low: float
-    high: float
 
 
 def wind_sliders(key: str, symbol: str, unit: str, most: float) -> Iterator[Slider]:
@@ -64,11 +61,13 @@ class FlightTable(MissionSection):
         return self.obstacles or ("ignore" if self.through_buildings else "refuse")
 
 
-class FlightModel(ABC):
+@dataclass(eq=False)
+class FlightModel(MadeOfTables, ABC):
     """Model of a UAV's flight and power: the figures of legs, hover and rest.
 
-    A model is one class in one file, made of a mission. Its quantities may be numbers, arrays over
-    missions or legs, or symbols, as in `optuav.physics`.
+    A model is one class in one file. Its constructor takes the tables of a mission that it is made
+    of by their names, such as ``flight``, ``body`` and ``wind``. Its quantities may be numbers,
+    arrays over missions or legs, or symbols, as in `optuav.physics`.
     """
 
     name: ClassVar[str]  # As ``flight.model`` states it
@@ -77,8 +76,7 @@ class FlightModel(ABC):
     refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning, unless 0
     radio_included: ClassVar[bool] = False  # Whether `hover` counts the radio
 
-    def __init__(self, mission: Mission) -> None:
-        self.mission = mission
+    flight: FlightTable
 
     @abstractmethod
     def leg(self, way_m: Vector) -> Loads:
@@ -168,8 +166,3 @@ class CruisingModel(FlightModel):
         self, length_m: Quantity, direction: Vector, speed_m_s: Quantity
     ) -> tuple[Quantity, Flow]:
         """Duration [s] and draw of level legs at speeds [m/s] that they reach; also symbols."""
-
-
-def flight_of(mission: Mission) -> FlightModel:
-    """The flight model of a mission."""
-    return FLIGHTS[mission.flight.model](mission)

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
-from optuav.mission.flight_model import flight_of
-from optuav.mission.flights import Regimes, RotaryWing, Rotors
+from optuav.flight import Regimes, RotaryWing, Rotors
 from optuav.network.network import build_network
 from tests.examples import few
 
@@ -54,7 +53,7 @@ def test_legs_with_drag_differ_there_and_back_and_replay(cap: float | None, stop
     mission = optuav.load("paper-drag").replace(
         {"flight.max_speed_m_s": cap, "limits.deadline_s": 2000, "route.origin_m": [0, 0, 0]}
     )
-    model = flight_of(mission)
+    model = mission.flight_model
     up, down = (model.leg(way_m) for way_m in ((300.0, 0.0, 60.0), (-300.0, 0.0, -60.0)))
     assert up.duration_s != pytest.approx(down.duration_s, rel=1e-6)
     replayed = optuav.replay(optuav.solve(mission, optuav.P1(stops=stops)))
@@ -64,13 +63,13 @@ def test_legs_with_drag_differ_there_and_back_and_replay(cap: float | None, stop
 
 def test_power_and_speeds_of_the_published_wing() -> None:
     """SPEC-FLIGHT: hover, best range; hovering in a wind of 10 m/s is cheaper."""
-    drawn = flight_of(WINGED).hover()
+    drawn = WINGED.flight_model.hover()
     assert drawn.power_W == pytest.approx(168.48422, abs=5e-6)
     assert drawn.current_A == pytest.approx(168.48422 / 11.1, abs=5e-6)
-    named = {name: value for name, value, _ in flight_of(WINGED).figures()}
+    named = {name: value for name, value, _ in WINGED.flight_model.figures()}
     assert named["air speed of best endurance"] == pytest.approx(10.21169, abs=5e-5)
     assert named["air speed of best range"] == pytest.approx(18.29448, abs=5e-5)
-    windy = flight_of(WINGED.replace({"wind.velocity_m_s": [6, 8, 0]})).hover()
+    windy = WINGED.replace({"wind.velocity_m_s": [6, 8, 0]}).flight_model.hover()
     assert windy.power_W == pytest.approx(126.0, abs=0.05)
 
 
@@ -79,7 +78,7 @@ def test_power_and_speeds_of_the_published_wing() -> None:
     st.sampled_from(
         [{}, {"speed": "max"}, {"speed": "best-endurance"}, {"cruise_speed_m_s": 12.0}]
     ),
-    st.tuples(st.floats(-8.0, 8.0), st.floats(-8.0, 8.0)),
+    st.tuples(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0)),
     st.floats(0.5, 1.0),
 )
 def test_plans_of_a_wing_replay_in_any_wind(
@@ -182,7 +181,7 @@ def test_a_stated_cruise_speed_keeps_the_cap_of_the_air_speed(wind: list[float])
 
 def test_a_cruise_speed_that_no_wind_limits_keeps_its_digits() -> None:
     """The ground speed is the stated one, in every direction."""
-    model = flight_of(STORMY.replace({"wind.velocity_m_s": [2.0, 1.0, 0.0]}))
+    model = STORMY.replace({"wind.velocity_m_s": [2.0, 1.0, 0.0]}).flight_model
     for way_m in ((1000.0, 0.0, 0.0), (-600.0, 800.0, 10.0)):
         leg = model.leg(way_m)
         assert float(leg.duration_s) == pytest.approx(1000.0 / 20.0 + 20.0 / 2.0, rel=1e-14)
@@ -208,7 +207,7 @@ def test_the_judge_sees_a_cap_that_the_model_forgets(
     uncapped = mission.replace({"flight.max_speed_m_s": 100.0})
 
     def forgetful(own: Any, way_m: Any) -> Any:
-        return leg(model(uncapped), way_m)
+        return leg(model.of(uncapped), way_m)
 
     monkeypatch.setattr(model, "leg", forgetful)
     stops = optuav.Itinerary(mission, sound.stops)

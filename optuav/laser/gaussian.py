@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from optuav import physics
-from optuav.mission.beam import BATTERY, SpreadingBeam
-from optuav.mission.flight_model import Slider
-from optuav.mission.schema import BEAM, Breadth, Efficiency, LaserTable, Number
+from optuav.fields import Breadth, Efficiency, Number, Slider
+from optuav.laser.beam import BATTERY, BEAM, LaserTable, SpreadingBeam
 from optuav.physics import beams
+from optuav.tables import LightReceiver
 
 if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain, Emitter, Receiver
@@ -34,8 +36,12 @@ class GaussianLaser(LaserTable):
     """Light over electric power of the source [-]."""
 
 
+@dataclass(eq=False)
 class GaussianBeam(SpreadingBeam):
     """Diffraction, jitter and turbulence, and a round receiver with limits of its own."""
+
+    laser: GaussianLaser
+    receiver: LightReceiver
 
     name: ClassVar[str] = "gaussian"
     table: ClassVar[type[LaserTable]] = GaussianLaser
@@ -46,55 +52,49 @@ class GaussianBeam(SpreadingBeam):
         *("receiver.area_m2", "flight.charge_current_A", "flight.charge_power_W"),
     )
 
-    @property
-    def keys(self) -> GaussianLaser:
-        """The keys of [laser]."""
-        assert isinstance(self.mission.laser, GaussianLaser)
-        return self.mission.laser
-
-    @property
+    @cached_property
     def emitter(self) -> Emitter:
         """Laser and telescope."""
-        emitter = self.keys.as_record(beams.gaussian.Emitter)
+        emitter = self.laser.as_record(beams.gaussian.Emitter)
         if emitter.waist_m is not None:
             return emitter
         return emitter._replace(waist_m=beams.gaussian.default_waist(emitter.aperture_m))
 
-    @property
-    def receiver(self) -> Receiver:
-        """Receiver and its limits."""
-        table, kind = vars(self.mission.receiver), beams.gaussian.Receiver
+    @cached_property
+    def limits(self) -> Receiver:
+        """The receiver and its limits."""
+        table, kind = vars(self.receiver), beams.gaussian.Receiver
         return kind(**{k: v for k in kind._fields if (v := table[k]) is not None})
 
     def chain(self, distance_m: Quantity) -> Chain:
-        way = self.keys.power_W, self.attenuation_per_km, distance_m
-        return beams.gaussian.chain(self.emitter, self.receiver, *way)
+        way = self.laser.power_W, self.attenuation_per_km, distance_m
+        return beams.gaussian.chain(self.emitter, self.limits, *way)
 
     def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
-        way = self.keys.power_W, self.attenuation_per_km, distance_m
-        return beams.gaussian.received_power(self.emitter, self.receiver, *way, most_W)
+        way = self.laser.power_W, self.attenuation_per_km, distance_m
+        return beams.gaussian.received_power(self.emitter, self.limits, *way, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         import numpy as np
 
-        if self.keys.jitter_rad:  # Some of the moments still have less light
+        if self.laser.jitter_rad:  # Some of the moments still have less light
             return np.full_like(distance_m, np.inf, dtype=float)[()]
-        part = beams.gaussian.share(self.emitter, self.receiver.radius_m, distance_m)
+        part = beams.gaussian.share(self.emitter, self.limits.radius_m, distance_m)
         return np.min(self._shares(1.0, distance_m, most_W), axis=0) / part
 
     def limiting_key(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         import numpy as np
 
         names = np.array(("receiver.max_irradiance_W_m2", "receiver.max_power_W", BATTERY))
-        return names[np.argmin(self._shares(self.keys.power_W, distance_m, most_W), axis=0)]
+        return names[np.argmin(self._shares(self.laser.power_W, distance_m, most_W), axis=0)]
 
     def _shares(self, power_W: float, distance_m: Quantity, most_W: Quantity) -> Quantity:
         """Shares (limit, place) of the arriving light where each limit acts."""
         import numpy as np
 
-        passed = self.keys.source_efficiency * beams.gaussian.aperture_share(self.emitter)
+        passed = self.laser.source_efficiency * beams.gaussian.aperture_share(self.emitter)
         air = physics.laser.transmission(self.attenuation_per_km, distance_m)
-        shares = beams.gaussian.largest_shares(self.receiver, power_W * passed * air, most_W)
+        shares = beams.gaussian.largest_shares(self.limits, power_W * passed * air, most_W)
         return np.array(np.broadcast_arrays(*shares))
 
     def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
@@ -103,14 +103,14 @@ class GaussianBeam(SpreadingBeam):
 
     @property
     def needs_numbers(self) -> str | None:
-        if not self.keys.jitter_rad:
+        if not self.laser.jitter_rad:
             return None
         return (
             "a limit of jittering light is a mean that has no formula; state laser.jitter_rad = 0"
         )
 
     def limit_warning(self) -> str | None:
-        if not self.keys.turbulence_cn2:
+        if not self.laser.turbulence_cn2:
             return None
         return (
             "the charging power that a limit cuts is an upper bound: turbulence makes the light "
@@ -118,9 +118,9 @@ class GaussianBeam(SpreadingBeam):
         )
 
     def sliders(self) -> Iterator[Slider]:
-        keys, radius_m = self.keys, self.receiver.radius_m
-        yield Slider("laser.aperture_m", None, "Aperture", "D", "m", 0.01, 2.0 * keys.aperture_m)
-        jitter_rad = 2.0 * keys.jitter_rad or 1e-4
+        laser, radius_m = self.laser, self.limits.radius_m
+        yield Slider("laser.aperture_m", None, "Aperture", "D", "m", 0.01, 2.0 * laser.aperture_m)
+        jitter_rad = 2.0 * laser.jitter_rad or 1e-4
         yield Slider("laser.jitter_rad", None, "Pointing jitter", "σ", "rad", 0.0, jitter_rad)
         yield Slider(
             "receiver.radius_m", None, "Radius of receiver", "a", "m", 0.01, 2.0 * radius_m

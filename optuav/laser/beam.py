@@ -5,29 +5,48 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from optuav import physics
+from optuav.fields import MadeOfTables, MissionSection, Number, OneOf, Position, Power, Slider
 
 if TYPE_CHECKING:
-    from optuav.mission.flight_model import Slider
-    from optuav.mission.mission import Mission
-    from optuav.mission.schema import LaserTable
     from optuav.physics.beams.gaussian import Chain
     from optuav.physics.quantity import Quantity
 
 BEAMS: dict[str, type[Beam]] = {}
 """Beams by name; one that is added here can be stated as ``laser.beam``."""
 
+BEAM = OneOf(BEAMS)
 BATTERY = "battery.charge_current_A"  # Key of the limit that the battery sets
 
 
-class Beam(ABC):
+class LaserTable(MissionSection):
+    """The charging laser and the air that it shines through."""
+
+    beam: Annotated[str | None, BEAM] = None
+    """Model of the beam's spread; without it straight-line fits stand for beam and receiver."""
+    position_m: Position
+    """Source w_s (x, y, z) [m]."""
+    power_W: Power
+    """Largest source power P_s; for "divergence" of light, else electrical [W]."""
+    wavelength_nm: Annotated[float, Number("nm", ge=1, le=1e6)]
+    """Wavelength λ [nm]."""
+    visibility_km: Annotated[float, Number("km", ge=1e-3, le=1e4)] | None = None
+    """Visibility V [km], which gives the attenuation; or state attenuation_per_km."""
+    attenuation_per_km: Annotated[float, Number("1/km", ge=0, le=1e4)] | None = None
+    """Attenuation α [1/km]; or state visibility_km."""
+
+
+@dataclass(eq=False)
+class Beam(MadeOfTables, ABC):
     """Model of how much of the laser's light becomes electric power at a place.
 
-    A beam is one class in one file, made of a mission with a laser. Its quantities may be numbers,
-    arrays or symbols, as in `optuav.physics`. Tables and keys of the mission, and their
-    descriptions, follow from the declaration.
+    A beam is one class in one file. Its constructor takes the tables of a mission that it is made
+    of by their names: ``laser``, and maybe ``receiver``. Its quantities may be numbers, arrays or
+    symbols, as in `optuav.physics`. Tables and keys of the mission, and their descriptions, follow
+    from the declaration.
     """
 
     name: ClassVar[str]  # As ``laser.beam`` states it
@@ -35,17 +54,14 @@ class Beam(ABC):
     needs: ClassVar[tuple[str, ...]] = ()  # Other tables, and dotted keys of them
     refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning
 
-    def __init__(self, mission: Mission) -> None:
-        self.mission = mission
+    laser: LaserTable
 
     @property
     def attenuation_per_km(self) -> Quantity:
         """α [1/km] as stated, or from the visibility."""
-        keys = self.mission.laser
-        assert keys is not None
-        if keys.attenuation_per_km is not None:
-            return keys.attenuation_per_km
-        return physics.laser.attenuation(keys.wavelength_nm, keys.visibility_km)
+        if self.laser.attenuation_per_km is not None:
+            return self.laser.attenuation_per_km
+        return physics.laser.attenuation(self.laser.wavelength_nm, self.laser.visibility_km)
 
     @abstractmethod
     def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
@@ -103,8 +119,7 @@ class SpreadingBeam(Beam):
     @property
     def eye_limit_W_m2(self) -> float:
         """Largest irradiance for the eye [W/m²]; NaN where none is known for the wavelength."""
-        assert self.mission.laser is not None
-        return float(physics.eye.exposure_limit(self.mission.laser.wavelength_nm))
+        return float(physics.eye.exposure_limit(self.laser.wavelength_nm))
 
     @property
     def hazard_distance_m(self) -> float:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from optuav import physics
-from optuav.mission.flight_model import MODEL, FlightModel, FlightTable, Slider, wind_sliders
-from optuav.mission.schema import Air, Speed
+from optuav.fields import Slider, Speed
+from optuav.flight.model import MODEL, FlightModel, FlightTable, wind_sliders
+from optuav.tables import Air, Body, Rotor, Wind
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads
     from optuav.physics.quantity import Quantity, Vector
     from optuav.physics.rotor import Motor
     from optuav.physics.six_stages import Airframe, Leg
-
-STANDARD_AIR = Air()
 
 
 class RotorFlight(FlightTable):
@@ -29,8 +29,15 @@ class RotorFlight(FlightTable):
     """Largest speed over ground of a leg [m/s]; without it speed has no cap."""
 
 
+@dataclass(eq=False)
 class Rotors(FlightModel):
     """Rotors with their motors, an airframe, and a steady wind force."""
+
+    flight: RotorFlight
+    rotor: Rotor
+    body: Body
+    wind: Wind
+    air: Air = Air()
 
     name: ClassVar[str] = "rotors"
     table: ClassVar[type[FlightTable]] = RotorFlight
@@ -44,19 +51,17 @@ class Rotors(FlightModel):
     @cached_property
     def motor(self) -> Motor:
         """Constants of a rotor."""
-        assert self.mission.rotor is not None
-        return self.mission.rotor.as_record(physics.rotor.Motor)
+        return self.rotor.as_record(physics.rotor.Motor)
 
     @cached_property
     def airframe(self) -> Airframe:
         """Mass and inertia."""
-        assert self.mission.body is not None
-        return self.mission.body.as_record(physics.six_stages.Airframe)
+        return self.body.as_record(physics.six_stages.Airframe)
 
     @property
     def external_force_N(self) -> Vector:
         """Gravity and wind [N]."""
-        return self.airframe.external_force_N(self.mission.wind.force_N)
+        return self.airframe.external_force_N(self.wind.force_N)
 
     @property
     def largest_level_wind_N(self) -> float:
@@ -67,14 +72,11 @@ class Rotors(FlightModel):
     @property
     def drag_kg_m(self) -> Quantity:
         """Drag over squared speed [kg/m]."""
-        body, air = self.mission.body, self.mission.air or STANDARD_AIR
-        assert body is not None
-        return physics.drag.coefficient(body.drag_area_m2, air.density_kg_m3)
+        return physics.drag.coefficient(self.body.drag_area_m2, self.air.density_kg_m3)
 
     def six_stage_leg(self, way_m: Vector) -> Leg:
         """The leg with its attitudes and turns."""
-        assert isinstance(self.mission.flight, RotorFlight)
-        cap_m_s, wind_N = self.mission.flight.max_speed_m_s, self.mission.wind.force_N
+        cap_m_s, wind_N = self.flight.max_speed_m_s, self.wind.force_N
         limits = self.drag_kg_m, math.inf if cap_m_s is None else cap_m_s
         return physics.six_stages.leg(self.airframe, self.motor, way_m, wind_N, *limits)
 
@@ -82,10 +84,9 @@ class Rotors(FlightModel):
         return self.six_stage_leg(way_m).loads
 
     def least(self, distance_m: Quantity) -> Loads | None:
-        capped = getattr(self.mission.flight, "max_speed_m_s", None) is not None
-        if capped or self.has_drag:
+        if self.flight.max_speed_m_s is not None or self.has_drag:
             return None
-        wind_N = self.mission.wind.force_N
+        wind_N = self.wind.force_N
         return physics.six_stages.least_loads(self.airframe, self.motor, distance_m, wind_N)
 
     def hover(self) -> Flow:
@@ -106,7 +107,7 @@ class Rotors(FlightModel):
         return bool(drag.any() if hasattr(drag, "any") else drag > 0.0)
 
     def impossible(self) -> str | None:
-        why = physics.six_stages.impossible(self.airframe, self.motor, self.mission.wind.force_N)
+        why = physics.six_stages.impossible(self.airframe, self.motor, self.wind.force_N)
         return why and f"{why} (body.mass_kg, wind.force_N, rotor.max_speed_rad_s)"
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

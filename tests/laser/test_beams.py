@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError
 from optuav.explorer.state import controls
+from optuav.fields import Length
+from optuav.laser.beam import BEAM, BEAMS, Beam, LaserTable, SpreadingBeam
 from optuav.mission import Mission
-from optuav.mission.beam import BEAMS, Beam, SpreadingBeam
-from optuav.mission.beams import beam_of
-from optuav.mission.schema import BEAM, LaserTable, Length
 from optuav.mission.template import template
 from optuav.network.network import build_network
 from optuav.network.places import charging_cap, laser_reach
@@ -387,14 +386,13 @@ class Lamp(SpreadingBeam):
     table: ClassVar[type[LaserTable]] = LampTable
     refuses: ClassVar[tuple[str, ...]] = ("receiver",)
 
+    laser: LampTable
+
     def share(self, distance_m: Quantity) -> Quantity:
-        return np.minimum(
-            (vars(self.mission.laser)["glow_m"] / np.maximum(distance_m, 1.0)) ** 2, 0.5
-        )
+        return np.minimum((self.laser.glow_m / np.maximum(distance_m, 1.0)) ** 2, 0.5)
 
     def chain(self, distance_m: Quantity) -> Chain:
-        assert self.mission.laser is not None
-        light, share = self.mission.laser.power_W, self.share(distance_m)
+        light, share = self.laser.power_W, self.share(distance_m)
         return Chain(light, light, 1.0, share, light * share, light * share)
 
     def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
@@ -420,8 +418,7 @@ class Glow(Beam):
     table: ClassVar[type[LaserTable]] = GlowTable
 
     def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
-        assert self.mission.laser is not None
-        return np.minimum(0.1 * self.mission.laser.power_W + 0.0 * distance_m, most_W)
+        return np.minimum(0.1 * self.laser.power_W + 0.0 * distance_m, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         return 10.0 * most_W + 0.0 * distance_m
@@ -436,7 +433,7 @@ def test_a_beam_from_outside_needs_no_more_than_beam_declares(
     """
     monkeypatch.setitem(BEAMS, "glow", Glow)
     glow = PAPER.replace({"laser.beam": "glow"})
-    assert isinstance(beam_of(glow), Glow)
+    assert isinstance(glow.beam, Glow)
     plan = optuav.solve(glow)
     assert optuav.replay(plan).flyable
     rests = [phase for phase in plan.phases if phase.kind == "rest"]
@@ -462,7 +459,7 @@ def test_a_beam_from_outside_is_read_by_its_interface(monkeypatch: pytest.Monkey
     lamp = PAPER.replace(
         {"laser.beam": "lamp", "laser.glow_m": 200, "battery.charge_current_A": 100}
     )
-    assert isinstance(beam_of(lamp), Lamp)
+    assert isinstance(lamp.beam, Lamp)
     budget = optuav.link_budget(lamp, "b7")
     assert budget.dc_W == pytest.approx(1000 * (200 / budget.distance_m) ** 2)
     assert budget.reach_m(250.0) == pytest.approx(400.0)

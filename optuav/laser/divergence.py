@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from optuav import physics
-from optuav.mission.beam import SpreadingBeam
-from optuav.mission.flight_model import Slider
-from optuav.mission.schema import BEAM, Breadth, LaserTable, Number
+from optuav.fields import Breadth, Number, Slider
+from optuav.laser.beam import BEAM, LaserTable, SpreadingBeam
 from optuav.physics import beams
+from optuav.tables import LightReceiver
 
 if TYPE_CHECKING:
     from optuav.physics.beams.divergence import Divergence
@@ -29,8 +30,12 @@ class DivergingLaser(LaserTable):
     """Full angle Δθ of the divergence [rad]."""
 
 
+@dataclass(eq=False)
 class DivergingBeam(SpreadingBeam):
     """P_r = χA P e^(−αd)/(D + dΔθ)², where χ stands for all efficiencies."""
+
+    laser: DivergingLaser
+    receiver: LightReceiver
 
     name: ClassVar[str] = "divergence"
     table: ClassVar[type[LaserTable]] = DivergingLaser
@@ -44,17 +49,16 @@ class DivergingBeam(SpreadingBeam):
     @property
     def beam(self) -> Divergence:
         """Emitter and receiver."""
-        tables = vars(self.mission.receiver) | vars(self.mission.laser)
+        tables = vars(self.receiver) | vars(self.laser)
         kind = beams.divergence.Divergence
         return kind(*map(tables.__getitem__, kind._fields))
 
     @property
     def light_W(self) -> Quantity:
         """Light out of the source [W]; NaN where χA > D², which no mission but a batch can have."""
-        assert self.mission.laser is not None
         D, _, A, χ = self.beam
         whole = physics.quantity.one_where_not_negative((1.0 + ROUNDING) * D**2 - χ * A)
-        return self.mission.laser.power_W * whole
+        return self.laser.power_W * whole
 
     def chain(self, distance_m: Quantity) -> Chain:
         import numpy as np

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from optuav import physics
-from optuav.mission.flight_model import MODEL, CruisingModel, FlightTable, Slider, wind_sliders
-from optuav.mission.schema import (
+from optuav.fields import (
     Acceleration,
     Allowed,
     Current,
@@ -16,8 +17,11 @@ from optuav.mission.schema import (
     LoadPower,
     Number,
     Power,
+    Slider,
     Speed,
 )
+from optuav.flight.model import MODEL, CruisingModel, FlightTable, wind_sliders
+from optuav.tables import BatteryPacks, Body, Wind
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
@@ -67,46 +71,45 @@ class RotaryWingFlight(FlightTable):
     """Power at rest [W]."""
 
 
+@dataclass(eq=False)
 class RotaryWing(CruisingModel):
     """Power over air speed, the weight, and a level wind."""
+
+    flight: RotaryWingFlight
+    body: Body
+    wind: Wind
+    battery: BatteryPacks
 
     name: ClassVar[str] = "rotary-wing"
     table: ClassVar[type[FlightTable]] = RotaryWingFlight
     needs: ClassVar[tuple[str, ...]] = ("body",)
     refuses: ClassVar[tuple[str, ...]] = ("rotor", "air", "wind.force_N", "body.drag_area_m2")
 
-    @property
-    def stated(self) -> RotaryWingFlight:
-        """The keys of [flight]."""
-        assert isinstance(self.mission.flight, RotaryWingFlight)
-        return self.mission.flight
-
-    @property
+    @cached_property
     def wing(self) -> PowerCoefficients:
         """Coefficients of the power over air speed."""
-        return self.stated.as_record(physics.rotary_wing.PowerCoefficients)
+        return self.flight.as_record(physics.rotary_wing.PowerCoefficients)
 
     @property
     def weight_N(self) -> Quantity:
         """Weight [N]."""
-        assert self.mission.body is not None
-        return self.mission.body.mass_kg * self.mission.body.gravity_m_s2
+        return self.body.mass_kg * self.body.gravity_m_s2
 
     def cruise_speed_m_s(self, direction: Vector) -> Quantity:
         """Speed over ground along a level direction [m/s]; NaN where the wind is too strong."""
-        keys = self.stated
+        keys = self.flight
         if keys.cruise_speed_m_s is None:
             return self._ruled_m_s(direction, keys.speed or "best-range")
         if self._never_slowed:
             return keys.cruise_speed_m_s
-        limits = keys.max_speed_m_s, self.mission.wind.velocity_m_s, direction
+        limits = keys.max_speed_m_s, self.wind.velocity_m_s, direction
         return physics.rotary_wing.capped(keys.cruise_speed_m_s, *limits)
 
     @property
     def _never_slowed(self) -> bool:
         """True if a stated cruise speed is below the cap in any direction, whatever varies."""
-        speed_m_s, cap_m_s = self.stated.cruise_speed_m_s, self.stated.max_speed_m_s
-        wind_m_s = self.mission.wind.velocity_m_s
+        speed_m_s, cap_m_s = self.flight.cruise_speed_m_s, self.flight.max_speed_m_s
+        wind_m_s = self.wind.velocity_m_s
         if not all(isinstance(each, int | float) for each in (speed_m_s, cap_m_s, *wind_m_s)):
             return False
         return bool(speed_m_s + self._wind_speed_m_s <= cap_m_s)
@@ -114,10 +117,10 @@ class RotaryWing(CruisingModel):
     @property
     def _wind_speed_m_s(self) -> Quantity:
         """Speed of the wind [m/s]."""
-        return physics.quantity.norm(self.mission.wind.velocity_m_s)
+        return physics.quantity.norm(self.wind.velocity_m_s)
 
     def slowed(self, way_m: Vector) -> str | None:
-        wanted_m_s, cap_m_s = self.stated.cruise_speed_m_s, self.stated.max_speed_m_s
+        wanted_m_s, cap_m_s = self.flight.cruise_speed_m_s, self.flight.max_speed_m_s
         if wanted_m_s is None or self._never_slowed:
             return None
         allowed_m_s = self._ruled_m_s(physics.rotary_wing.level_direction(way_m), "max")
@@ -132,7 +135,7 @@ class RotaryWing(CruisingModel):
 
     def _ruled_m_s(self, direction: Vector, rule: str) -> Quantity:
         """Speed over ground along a level direction [m/s] by a rule of `CruiseRule`."""
-        cap_m_s, wind_m_s = self.stated.max_speed_m_s, self.mission.wind.velocity_m_s
+        cap_m_s, wind_m_s = self.flight.max_speed_m_s, self.wind.velocity_m_s
         wings, air_speed = physics.rotary_wing, cap_m_s
         if rule == "best-range":
             way = (wind_m_s, direction) if _blows(wind_m_s) else ()
@@ -152,18 +155,18 @@ class RotaryWing(CruisingModel):
 
     def _leg(self, way_m: Vector, speed_m_s: Quantity) -> CruiseLeg:
         """The leg with its power at the rotors."""
-        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        keys, wind_m_s = self.flight, self.wind.velocity_m_s
         limits = keys.acceleration_m_s2, (keys.climb_speed_m_s, keys.descent_speed_m_s)
         weights = self.weight_N, wind_m_s
         return physics.rotary_wing.leg(self.wing, way_m, speed_m_s, *limits, *weights)
 
     def named_speed_m_s(self, way_m: Vector, rule: str) -> Quantity:
         ruled_m_s = self._ruled_m_s(physics.rotary_wing.level_direction(way_m), rule)
-        leg, a = self._leg(way_m, ruled_m_s), self.stated.acceleration_m_s2
+        leg, a = self._leg(way_m, ruled_m_s), self.flight.acceleration_m_s2
         return physics.rotary_wing.reached(leg, ruled_m_s, a)
 
     def priced_speed_m_s(self, way_m: Vector, price_A: Quantity) -> Quantity:
-        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        keys, wind_m_s = self.flight, self.wind.velocity_m_s
         # A climb or a descent may take longer; its power does not depend on the speed.
         most_m_s = self.named_speed_m_s(way_m, "max")
         wings, price_W = physics.rotary_wing, price_A / self._drawn(1.0).current_A
@@ -173,17 +176,17 @@ class RotaryWing(CruisingModel):
         return wings.priced_speed(*leg, price_W, most_m_s, easiest_m_s, wind_m_s, direction)
 
     def price_A(self, way_m: Vector, speed_m_s: Quantity) -> Quantity:
-        wings, wind_m_s = physics.rotary_wing, self.mission.wind.velocity_m_s
+        wings, wind_m_s = physics.rotary_wing, self.wind.velocity_m_s
         length_m, direction = wings.level_length(way_m), wings.level_direction(way_m)
-        leg = self.wing, length_m, self.stated.acceleration_m_s2
+        leg = self.wing, length_m, self.flight.acceleration_m_s2
         return self._drawn(wings.price(*leg, speed_m_s, wind_m_s, direction)).current_A
 
     def level(
         self, length_m: Quantity, direction: Vector, speed_m_s: Quantity
     ) -> tuple[Quantity, Flow]:
-        wind_m_s, V = self.mission.wind.velocity_m_s, speed_m_s
+        wind_m_s, V = self.wind.velocity_m_s, speed_m_s
         air = physics.rotary_wing.air_speed(V, wind_m_s, direction) if _blows(wind_m_s) else V
-        duration_s = length_m / V + V / self.stated.acceleration_m_s2
+        duration_s = length_m / V + V / self.flight.acceleration_m_s2
         return duration_s, self._drawn(physics.rotary_wing.power(self.wing, air))
 
     def hover(self) -> Flow:
@@ -192,11 +195,11 @@ class RotaryWing(CruisingModel):
     @property
     def hover_power_W(self) -> Quantity:
         """Power at the rotors in hover, which a wind lowers [W]."""
-        wings, wind_m_s = physics.rotary_wing, self.mission.wind.velocity_m_s
+        wings, wind_m_s = physics.rotary_wing, self.wind.velocity_m_s
         return wings.power(self.wing, wings.air_speed(0.0, wind_m_s, (1.0, 0.0, 0.0)))
 
     def power_over_speed(self, air_speed_m_s: Quantity) -> SpeedPower:
-        wings, wing, cap_m_s = physics.rotary_wing, self.wing, self.stated.max_speed_m_s
+        wings, wing, cap_m_s = physics.rotary_wing, self.wing, self.flight.max_speed_m_s
         power_W = wings.power(wing, air_speed_m_s)
         named = wings.best_endurance(wing, cap_m_s), wings.best_range(wing, cap_m_s)
         stand_out = ((speed, wings.power(wing, speed)) for speed in named)
@@ -204,7 +207,7 @@ class RotaryWing(CruisingModel):
         return physics.flight.SpeedPower(power_W, drawn, hover_W, cap_m_s, *stand_out)
 
     def rest(self) -> Flow:
-        return physics.flight.Flow(self.stated.rest_current_A, self.stated.rest_power_W)
+        return physics.flight.Flow(self.flight.rest_current_A, self.flight.rest_power_W)
 
     def state(self, leg: Loads, passed_s: Quantity) -> LegState:
         return physics.bang_bang.state_at(leg, passed_s)
@@ -212,12 +215,12 @@ class RotaryWing(CruisingModel):
     def impossible(self) -> str | None:
         if not self.too_windy():
             return None
-        wind, cap = self._wind_speed_m_s, self.stated.max_speed_m_s
+        wind, cap = self._wind_speed_m_s, self.flight.max_speed_m_s
         keys = "wind.velocity_m_s, flight.max_speed_m_s"
         return f"the wind blows at {wind:.6g} m/s, the UAV flies at {cap:.6g} m/s at most ({keys})"
 
     def too_windy(self) -> Quantity:
-        return self._wind_speed_m_s > self.stated.max_speed_m_s
+        return self._wind_speed_m_s > self.flight.max_speed_m_s
 
     @property
     def has_drag(self) -> bool:
@@ -225,8 +228,8 @@ class RotaryWing(CruisingModel):
 
     @property
     def needs_numbers(self) -> str | None:
-        stated = self.stated.cruise_speed_m_s is not None
-        if not _blows(self.mission.wind.velocity_m_s) or (stated and self._never_slowed):
+        stated = self.flight.cruise_speed_m_s is not None
+        if not _blows(self.wind.velocity_m_s) or (stated and self._never_slowed):
             return None
         slower = " that flight.max_speed_m_s allows against the wind" * stated
         return (
@@ -241,7 +244,7 @@ class RotaryWing(CruisingModel):
         yield "air speed of best range", float(curve.best_range[0]), "m/s"
 
     def sliders(self) -> Iterator[Slider]:
-        cap_m_s = math.ceil(self.stated.max_speed_m_s)
+        cap_m_s = math.ceil(self.flight.max_speed_m_s)
         yield from wind_sliders("wind.velocity_m_s", "w", "m/s", cap_m_s)
 
     @classmethod
@@ -251,8 +254,8 @@ class RotaryWing(CruisingModel):
 
     def _drawn(self, power_W: Quantity) -> Flow:
         """Current and power of the battery for a power at the rotors [W]."""
-        drawn_W = power_W / self.stated.efficiency
-        return physics.flight.Flow(drawn_W / self.mission.battery.nominal_voltage_V, drawn_W)
+        drawn_W = power_W / self.flight.efficiency
+        return physics.flight.Flow(drawn_W / self.battery.nominal_voltage_V, drawn_W)
 
 
 def _blows(wind_m_s: Vector) -> bool:

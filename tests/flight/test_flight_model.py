@@ -11,9 +11,9 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
+from optuav.fields import LoadCurrent, Number
+from optuav.flight.model import FLIGHTS, MODEL, FlightModel, FlightTable
 from optuav.judge import Stop
-from optuav.mission.flight_model import FLIGHTS, MODEL, FlightModel, FlightTable
-from optuav.mission.schema import LoadCurrent, Number
 from optuav.physics.flight import Attitude, Flow, LegState, Loads
 from optuav.physics.quantity import Quantity, Vector, norm
 
@@ -41,13 +41,10 @@ class Hops(FlightModel):
     needs: ClassVar[tuple[str, ...]] = ("body",)
     refuses: ClassVar[tuple[str, ...]] = ("wind.force_N",)
 
-    @property
-    def keys(self) -> HopTable:
-        assert isinstance(self.mission.flight, HopTable)
-        return self.mission.flight
+    flight: HopTable
 
     def leg(self, way_m: Vector) -> Loads:
-        keys, distance = self.keys, norm(way_m)
+        keys, distance = self.flight, norm(way_m)
         glide_s = distance / keys.glide_speed_m_s
         rising_A = keys.glide_current_A * (1.0 + distance / 1e4)
         currents_A = rising_A, keys.glide_current_A, 0.5 * rising_A
@@ -73,7 +70,7 @@ class Hops(FlightModel):
         return LegState(stage, (x, y, z), speed, Attitude(unknown, unknown))
 
     def figures(self) -> Iterator[tuple[str, float, str]]:
-        yield "glide speed", self.keys.glide_speed_m_s, "m/s"
+        yield "glide speed", self.flight.glide_speed_m_s, "m/s"
 
 
 FLIGHT = {"model": "hops", "glide_speed_m_s": 15.0, "glide_current_A": 70.0}
