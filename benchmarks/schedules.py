@@ -9,7 +9,7 @@ import numpy as np
 import optuav
 from benchmarks.timing import Row, interleaved_s
 from optuav.solving.packs_by_schedule import _Route
-from optuav.studies.results import Results
+from optuav.studies.results import Comparison
 
 AT_LEAST, REPEATS = 3.0, 3
 
@@ -17,10 +17,10 @@ AT_LEAST, REPEATS = 3.0, 3
 def run() -> list[Row]:
     """The plans of `paper` by schedule."""
 
-    def ours() -> Results:
+    def ours() -> Comparison:
         return optuav.compare("paper", by="schedule")
 
-    def unbounded() -> Results:
+    def unbounded() -> Comparison:
         with patch.object(_Route, "_needed_As", lambda *_: -np.inf):
             return optuav.compare("paper", by="schedule")
 

@@ -52,7 +52,7 @@ by_key[["now", "low", "high", "hover_low_s", "hover_high_s", "local_elasticity",
 
 # %%
 price = optuav.formulate(mission).shadow_prices()["capacity_As"].more
-longest_s = result.facts["hover_time_s"]
+longest_s = result.hover_time_s
 by_hand = price * mission.battery.capacity_As / longest_s
 exact = by_key.loc["battery.capacity_As", "local_elasticity"]
 by_hand, float(exact)
@@ -98,7 +98,7 @@ optuav.solve(slow, perspective="battery").warnings
 # can it be flown?
 
 # %%
-chances = result.facts["chances"]
+chances = result.chances
 chances.flyable
 
 # %%
@@ -120,7 +120,7 @@ result.plot()["hover.png"]
 rows = []
 for reserve in (0.2, 0.25, 0.3, 0.35):
     plan = optuav.solve(mission.replace({"limits.min_soc": reserve}))
-    sampled = optuav.sensitivity(mission, ranges, plan=plan, samples=2000).facts["chances"]
+    sampled = optuav.sensitivity(mission, ranges, plan=plan, samples=2000).chances
     rows.append((reserve, plan.hover_time_s, sampled.flyable))
 margins = pd.DataFrame(rows, columns=["charge to keep", "hover [s]", "share that can be flown"])
 margins

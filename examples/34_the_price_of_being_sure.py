@@ -39,7 +39,7 @@ box["laser.power_W"] = {"percent": 20}
 # %%
 def flyable(plan):
     """Share of samples in which a plan can be flown with its times."""
-    return optuav.sensitivity(mission, box, plan=plan).facts["chances"].flyable
+    return optuav.sensitivity(mission, box, plan=plan).chances.flyable
 
 
 careful = optuav.solve(mission.replace({"limits.min_soc": 0.2}))

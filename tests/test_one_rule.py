@@ -17,7 +17,7 @@ import optuav
 from optuav import exercises, judge, maps, plots
 from optuav.engines.grid import Grid
 from optuav.errors import InputError
-from optuav.studies.results import Results
+from optuav.studies.results import Result
 
 DATA = Path(optuav.__file__).parent / "lessons" / "data"
 STOP = judge.Stop("hover", "hover", 300.0)
@@ -249,7 +249,7 @@ def test_anything_else_is_refused_in_words(name: str, folder: Path) -> None:
 
 def test_what_saves_returns_the_paths() -> None:
     """One path, or several of pictures; of functions and of methods."""
-    owners = (optuav, plots, maps, optuav.Mission, optuav.Plan, Results)
+    owners = (optuav, plots, maps, optuav.Mission, optuav.Plan, Result)
     found = {f"{o.__name__}.{n}": getattr(o, n) for o in owners for n in dir(o) if n[:4] == "save"}
     returned = {name: str(save.__annotations__["return"]) for name, save in found.items()}
     assert all("Path" in each and "None" not in each for each in returned.values())

@@ -14,7 +14,7 @@ import pytest
 import optuav
 from optuav.errors import spelled
 from optuav.modelling.display import table as modelling_table
-from optuav.plan.summary import tabulated
+from optuav.presentation.text import tabulated
 
 PROGRAM = """
 import sys

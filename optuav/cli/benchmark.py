@@ -49,7 +49,7 @@ def _tables() -> Iterator[str]:
     """A table for each family."""
     from optuav.judge.benchmark import answers
     from optuav.mission.benchmark import recipes
-    from optuav.plan.summary import tabulated
+    from optuav.presentation.text import tabulated
 
     yield "Longest hover in seconds, perspective available; --json has all perspectives"
     for _, of_family in groupby(recipes().values(), lambda each: each.family):

@@ -62,7 +62,7 @@ def calibrate(
 
 def _found(found: Fit) -> Iterator[str]:
     """The values, table by table of the mission, then the observations."""
-    from optuav.plan.summary import tabulated
+    from optuav.presentation.text import tabulated
 
     yield f"{found.kind}: {found.data}"
     tables: dict[str, list[Sequence[str]]] = {}

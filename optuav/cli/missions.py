@@ -126,7 +126,7 @@ def _text(value: object) -> str:
 
 def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
     """A line a building: its place, its light, and the flight time by way of it."""
-    from optuav.plan.summary import tabulated
+    from optuav.presentation.text import tabulated
 
     head = ("name", "position m", "footprint m", "received W", "T_fl s rest first", "hover first")
     table: list[Sequence[str]] = [head]
@@ -147,7 +147,7 @@ def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
 
 def _links(figures: Iterable[LinkFigures]) -> list[str]:
     """A line a place: its distance, its share of the light, and what that charges."""
-    from optuav.plan.summary import tabulated
+    from optuav.presentation.text import tabulated
 
     table: list[Sequence[str]] = [("place", "distance m", "share", "DC power W", "current A")]
     for figure in figures:

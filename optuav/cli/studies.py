@@ -6,7 +6,8 @@ import json
 import os
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from optuav.options import Order, Perspective
 if TYPE_CHECKING:
     from optuav.mission import Mission
     from optuav.service.cycle import Coverage
-    from optuav.studies.results import Results
+    from optuav.studies.results import Result
     from optuav.studies.sweep import Swept
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
@@ -44,19 +45,26 @@ class Study:
         check_places(self.save, self.plot, ".csv", ".json")
         return mission_of(source, self.settings) if self.settings else source
 
-    def deliver(self, found: Results) -> None:
-        """Write the files that were asked for of a table of results, and print it."""
+    def deliver(self, found: Result, more: Mapping[str, object] | None = None) -> None:
+        """Write the files that were asked for of a result, with more figures, and print it."""
+        from optuav.presentation.text import as_text
+
+        def data() -> dict[str, object]:
+            whole = found.to_dict()
+            figures = takewhile(lambda item: item[0] != "units", whole.items())
+            return {**dict(figures), **(more or {}), **whole}
+
         written = []
         if self.save is not None:
             from optuav.mission.files import write_text
 
-            text = f"{json.dumps(found.to_dict(), indent=2, ensure_ascii=False)}\n"
+            text = f"{json.dumps(data(), indent=2, ensure_ascii=False)}\n"
             is_csv = self.save.suffix.lower() == ".csv"
             write_text(self.save, found.to_csv() if is_csv else text)
             written.append(self.save)
         if self.plot is not None:
             written += found.save_pictures(self.plot)
-        deliver(found.to_dict, found.show(found), as_json=self.as_json, written=written)
+        deliver(data, as_text(found.blocks()), as_json=self.as_json, written=written)
 
 
 def compare(
@@ -74,6 +82,8 @@ def compare(
 
     Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
+    from optuav.studies.methods import MethodComparison
+
     try:
         lengths_s = None if slots_s is None else [decimal(length) for length in slots_s.split(",")]
     except ValueError:
@@ -92,10 +102,11 @@ def compare(
             workers=1 if by else WORKERS,
         )
     out.deliver(compared)
-    if compared.facts.get("failures"):
+    by_method = compared if isinstance(compared, MethodComparison) else None
+    if by_method and by_method.failures:
         raise typer.Exit(FAILED)
     has_plan = any(row["hover_time_s"] is not None for row in compared.rows)
-    if not has_plan or compared.facts.get("disagreements"):
+    if not has_plan or (by_method and by_method.disagreements):
         raise typer.Exit(NO)
 
 
@@ -126,7 +137,7 @@ def sensitivity(
         seed=seed,
     )
     out.deliver(effects)
-    if not effects.facts["hover_time_s"]:
+    if not effects.hover_time_s:
         raise typer.Exit(NO)
 
 
@@ -163,17 +174,16 @@ def coverage(
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
-    results: Results = cycle.fleet(share, overlap_s) if fleet else cycle
+    results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
     if hours is not None:
         with progress() as bar:
             results = cycle.event(hours, drones, bar)
-    turns = ""
+    figures, turns = dict[str, object](), ""
     if drones is not None and hours is None:
-        facts, turns = _turns(cycle, drones, share, overlap_s)
-        results = replace(results, facts={**results.facts, **facts})
-    out.deliver(results)
+        figures, turns = _turns(cycle, drones, share, overlap_s)
+    out.deliver(results, figures)
     if turns and not out.as_json:
         say(turns)
 
@@ -201,22 +211,22 @@ def _check_hours(
 def _turns(
     cycle: Coverage, drones: int, share: float, overlap_s: float
 ) -> tuple[dict[str, object], str]:
-    """Return what drones in turns cover and what their pads must deliver, as facts and in words."""
+    """Return what drones in turns cover and what their pads must deliver, also in words."""
     from optuav.mission.messages import counted
     from optuav.service.fleet import covering
 
     number, covers = counted(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
-    facts: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
-    words = f"\nTurns of {number} cover {facts['drones_share']:.2%} of the time"
+    figures: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
+    words = f"\nTurns of {number} cover {figures['drones_share']:.2%} of the time"
     words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
     if cycle.charged_by == "exchange":
-        return facts, words
+        return figures, words
     try:
         pads = cycle.watts(drones, share, overlap_s)
     except NoPlanError as error:
-        return facts | {"pad_reason": str(error)}, f"{words}\n{error}"
-    facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-    return facts, f"{words}\nPads of {number} {covering(share, overlap_s)}: {pads}"
+        return figures | {"pad_reason": str(error)}, f"{words}\n{error}"
+    figures |= {f"pad_{name}": value for name, value in pads._asdict().items()}
+    return figures, f"{words}\nPads of {number} {covering(share, overlap_s)}: {pads}"
 
 
 def size(

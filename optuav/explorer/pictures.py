@@ -16,7 +16,7 @@ from optuav.service.cycle import PERSPECTIVES, coverage
 from optuav.service.fleet import Fleet
 from optuav.solving import Program
 from optuav.studies.link_budget import link_budget
-from optuav.studies.power_curve import NAMED, power_curve
+from optuav.studies.power_curve import power_curve
 
 MOST_DRONES = 12  # Most drones drawn
 ROUNDS = 2.0  # Turns of a drone that are drawn
@@ -74,10 +74,8 @@ def _said(power_W: float, before_W: float) -> str:
 def _speed(program: Program, plan: Plan, building: str | None) -> Data:
     """Power at the rotors [W] over air speed [m/s], and the speeds that stand out."""
     curve = power_curve(program.network.mission)
-    facts = curve.facts
-    marks = [{"words": "hover, in the wind", "speed_m_s": 0.0, "power_W": facts["hover_power_W"]}]
-    for key, words in NAMED.items():
-        speed_m_s, power_W = facts[f"{key}_m_s"], facts[f"{key}_power_W"]
+    marks = [{"words": "hover, in the wind", "speed_m_s": 0.0, "power_W": curve.hover_power_W}]
+    for words, (speed_m_s, power_W) in curve.named.items():
         said = f"{words}: {speed_m_s:.1f} m/s"
         marks.append({"words": said, "speed_m_s": speed_m_s, "power_W": power_W})
     return {
@@ -96,17 +94,17 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     if perspective not in PERSPECTIVES:
         raise NoPlanError("Judge by the available well or by charge to see the day.")
     cycle = coverage(mission, perspective=perspective)
-    fleet, facts = cycle.fleet(), cycle.facts
+    fleet = cycle.fleet()
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
     end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W)]
-    times = (f"{facts[f'{kind}_s'] / 60.0:.3g} min" for kind in ("hover", "flight", "rest"))
-    hovers, flies, rests = times
+    times_s = cycle.hover_s, cycle.flight_s, cycle.rest_s
+    hovers, flies, rests = (f"{time_s / 60.0:.3g} min" for time_s in times_s)
     return {
         "title": f"One drone covers {100.0 * cycle.share:.1f} % of the day",
         "notes": [
-            f"It hovers {hovers}, flies {flies} and rests {rests} at {facts['building']}.",
+            f"It hovers {hovers}, flies {flies} and rests {rests} at {cycle.building}.",
             f"{fleet.drones} drones leave no gap, with {fleet.places} places to rest and "
             f"{fleet.beams} beams.",
         ],

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import re
 import textwrap
-import unicodedata
 from collections.abc import Iterator, Sequence
-from itertools import accumulate, groupby
+from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from optuav.errors import folded, line_width, printable, spelled
+from optuav.errors import folded, line_width, spelled
 from optuav.mission.files import label
 from optuav.mission.messages import written_out
 from optuav.options import LONGEST_HOVER
+from optuav.presentation.text import FILLER, as_wide, tabulated
 
 if TYPE_CHECKING:
     from optuav.mission import Mission
@@ -26,7 +26,6 @@ LEAST_ROOM = 15  # Columns for the place of a phase
 GAP = "  "
 NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
 NO_BREAK = "\N{NO-BREAK SPACE}"
-FILLER = "\0"
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
 LEGEND = "A, W: mean into the battery. avail., bound: fill of the wells at the end."
 EDITED = "*: figures stated in the graph."
@@ -98,15 +97,9 @@ def counted_in(slot_s: float | None) -> str:
     return "continuous times" if slot_s is None else f"slots of {written_out(slot_s)} s"
 
 
-def _as_wide(text: str) -> str:
-    """Printable text as long as it is wide: a filler before each letter that takes two columns."""
-    wide = unicodedata.east_asian_width
-    return "".join(FILLER * (wide(each) in "WF") + each for each in printable(text))
-
-
 def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
     """A paragraph beside its label, or beside a start; a number keeps its unit on its line."""
-    known = NO_BREAK.join(_as_wide(spelled(piece)) for piece in text.split(NO_BREAK))
+    known = NO_BREAK.join(as_wide(spelled(piece)) for piece in text.split(NO_BREAK))
     wide, start = NUMBER_AND_UNIT.sub(NO_BREAK, known), start or f"{label:<{LABEL}}"
     width = line_width() - (FILLER in wide)  # A break may part a letter from its filler.
     lines = textwrap.TextWrapper(width, start, " " * indent, break_on_hyphens=False).wrap(wide)
@@ -163,36 +156,6 @@ def outcome(plan: Plan) -> list[Line]:
     return lines
 
 
-def tabulated(
-    rows: Sequence[Sequence[str]], words: int = 1, last: int = 0, gap: int = 2, longest: int = 24
-) -> list[str]:
-    """Rows of cells as aligned lines: columns of words, of figures, and the last again of words.
-
-    Long cells are cut. A table too wide for a line has parts, each with the first words.
-    """
-    sides = "<" * words + ">" * (len(rows[0]) - words - last) + "<" * last
-    columns, widths, room = list[list[str]](), list[int](), line_width() + gap
-    cut = spelled("…")
-    for column, side in zip(zip(*rows, strict=True), sides, strict=True):
-        cells = [
-            cell if len(cell) <= longest else cell[: longest - len(cut)].rstrip(FILLER) + cut
-            for cell in map(_as_wide, map(spelled, column))
-        ]
-        widths.append(max(map(len, cells)) + gap)
-        columns.append([f"{cell:{side}{widths[-1] - gap}}" for cell in cells])
-    first = max(1, sum(end <= room / 2 for end in accumulate(widths[:words])))
-    parts = [[*range(first)]]
-    for number in range(first, len(widths)):
-        if sum(widths[part] for part in (*parts[-1], number)) > room and len(parts[-1]) > first:
-            parts.append([*range(first)])
-        parts[-1].append(number)
-    return [
-        (" " * gap).join(row).rstrip().replace(FILLER, "")
-        for part in parts
-        for row in zip(*(columns[name] for name in part), strict=True)
-    ]
-
-
 def figures(plan: Plan) -> list[tuple[str, ...]]:
     """Rows of the phases: the kind, and the figures that the `HEADINGS` after its place name."""
     full = plan.mission.pool.full
@@ -217,7 +180,7 @@ def _timeline(plan: Plan) -> Iterator[str]:
         if phase.kind == "flight":  # both places, or its end
             end = f"→ {end}"
             both = f"{phase.start_place} {end}"
-        rows.append((kind, both if len(_as_wide(both)) <= room else end, *numbers))
+        rows.append((kind, both if len(as_wide(both)) <= room else end, *numbers))
     yield from tabulated(rows, 2, longest=room)
     yield from folded(LEGEND, line_width()).split("\n")
     if any(phase.edited for phase in plan.phases):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.mission import Mission
@@ -11,9 +11,6 @@ from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network, build_network
-
-if TYPE_CHECKING:
-    from optuav.service.cycle import Coverage
 
 Answer = TypeVar("Answer")
 
@@ -27,17 +24,19 @@ def in_calm_air(mission: Mission, ask: Callable[[Mission], Answer]) -> Answer | 
         return str(error)
 
 
-def calm_facts(name: str, answer: float | str | None, words: str) -> dict[str, float | str | None]:
-    """A figure in calm air as a fact of a name, and in words, which may say why there is none."""
+def with_words(
+    answer: Answer | str | None, words: str
+) -> tuple[Answer, str] | tuple[None, str | None]:
+    """A figure in calm air and the same in words, which may say why there is none."""
     if answer is None or isinstance(answer, str):
-        return {name: None, "in_calm_air": answer}
-    return {name: answer, "in_calm_air": words.format(answer)}
+        return None, answer
+    return answer, words.format(answer)
 
 
-def calm_line(facts: Mapping[str, Any]) -> Iterator[str]:
+def calm_facts(in_calm_air: str | None) -> Iterator[tuple[str, str]]:
     """Yield what calm air gives, where an answer counts on the wind."""
-    if facts["in_calm_air"] is not None:
-        yield f"Wind        this holds while the wind blows; in calm air: {facts['in_calm_air']}"
+    if in_calm_air is not None:
+        yield "Wind", f"this holds while the wind blows; in calm air: {in_calm_air}"
 
 
 def schedule_faults(mission: Mission) -> Iterator[Fault]:
@@ -53,12 +52,3 @@ def flyable_network(mission: Mission) -> Network:
     if reasons := impossibilities(network, one_stop=False):
         raise NoPlanError("; ".join(reasons))
     return network
-
-
-def need_laser(coverage: Coverage) -> None:
-    """Refuse an endless hover, a dark hover, and charging by anything but the laser."""
-    coverage.ending()
-    if coverage.charged_by != "laser" or not coverage.lit_hover:
-        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")
-        words = "must be left out: the mission's laser serves hover and rest here"
-        raise InputError([Fault(name, "", words)])

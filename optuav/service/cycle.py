@@ -3,75 +3,40 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from formulations.soc import PAPER
-from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
+from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.fields import Number
-from optuav.frames import without_rounding
-from optuav.judge.replay import replay
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted, misfits, shown, unlisted
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.network.timeline import Phase, PhaseStage, route_phases, simulated
 from optuav.options import Perspective
-from optuav.physics.flight import Flow
-from optuav.physics.kibam import tilted_after
-from optuav.plan import Plan
-from optuav.plan.summary import tabulated
-from optuav.service.checks import (
-    calm_facts,
-    calm_line,
-    flyable_network,
-    in_calm_air,
-    schedule_faults,
-)
-from optuav.service.declared import compared, program_of
+from optuav.service.checks import flyable_network, in_calm_air, schedule_faults, with_words
+from optuav.service.declared import CycleComparison, compared, program_of
+from optuav.service.endless import NEVER_LANDS, EndlessCycle, cycle_figures
 from optuav.service.event import Event, Progress, event_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.horizon import Horizon, horizon_of
-from optuav.service.levels import draw_wells
 from optuav.service.visit import Visit
-from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
-from optuav.status import Status
-from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
-Answer = TypeVar("Answer", bound=Results)
+Figure = TypeVar("Figure")
 PERSPECTIVES = ("available", "battery")
 DURATION = Number("s", gt=0, le=1e7)
 POWER = Number("W", gt=0, le=1e9)
-UNITS = {"kind": "", "duration_s": "s", "available_As": "A s", "bound_As": "A s"}
-CLOSE = 1e-9  # Distance of share and bound below which the cycle is proved best
-PROOFS = {
-    "battery": "closed form: no cycle of any hovers, rests and buildings covers more",
-    "available": "bisection; no cycle on one building covers more than a hover from full wells",
-}
-SWAPPED = "longest visit from full wells; every exchange fills them"
-DARK = "the laser does not serve the hover, or a pad by cable serves the rest"
-ENDLESS = "the laser gives more than hovering draws"
-FACTS = (
-    *("share", "bound", "limit_share", "building", "hover_s", "rest_s", "flight_s", "period_s"),
-    *("soc_at_departure", "soc_at_landing", "status", "proof"),
-)
-CALM = {"calm_share": "{:.6%} of the time", "calm_drones": "{} drones"}
-CALM |= {"calm_hover_s": "{:.2f} s of hover"}
-NEVER_LANDS = 1.0, 1.0, 1.0, None, math.inf, 0.0, 0.0, math.inf, 1.0, 1.0, "optimal", ENDLESS
-"""The facts of a hover that never ends."""
+DRONES_IN_CALM = "{} drones"
 
 
-@dataclass(frozen=True)
-class Coverage(ResultsWithFacts):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Coverage(EndlessCycle):
     """The best endless cycle of one drone, with one row per phase.
 
     Parameters
@@ -85,9 +50,12 @@ class Coverage(ResultsWithFacts):
         (y1 + y2)/B at the building [-].
     calm_share, in_calm_air
         If hovering counts on the wind, the share in calm air [-], None without a cycle there, and
-        the same in words; else None. `fleet`, `event` and `horizon` have such facts too.
+        the same in words; else None. `fleet`, `event` and `horizon` have such figures too.
     status, proof
         Those of a plan: ``"optimal"`` if share and bound are within 1e-9, else ``"feasible"``.
+    charged_by, lit_hover, perspective
+        ``"laser"``, ``"pad"`` or ``"exchange"``; whether the laser charges the hovering drone too;
+        and how charge is counted.
 
     Examples
     --------
@@ -97,36 +65,8 @@ class Coverage(ResultsWithFacts):
     '9.448002% at b9: hover 608.3 s'
     """
 
-    visit: Visit | None = field(default=None, kw_only=True, repr=False)
-    visits: tuple[Visit, ...] = field(default=(), kw_only=True, repr=False)  # Of other buildings
     # The cycle in calm air, or why there is none, if hovering counts on the wind
-    calm: Coverage | str | None = field(default=None, kw_only=True, repr=False)
-
-    @cached_property
-    def plan(self) -> Plan:
-        """One cycle as a plan that `optuav.replay` takes, from its periodic wells.
-
-        In the perspective `battery` it begins full and only its charge comes back, so that the
-        available well may run dry. An exchange of the pack ends it at the landing. `NoPlanError` if
-        the hover never ends.
-        """
-        return _planned(self.mission, self.ending(), self.facts)
-
-    def ending(self) -> Visit:
-        """Return the visit, or refuse a hover that never ends."""
-        if self.visit is None:
-            raise NoPlanError(f"there is no cycle, one drone never lands: {ENDLESS}")
-        return self.visit
-
-    def on(self, visit: Visit) -> Coverage:
-        """Return the longest cycle on another building."""
-        if visit is self.visit:
-            return self
-        hover_s = visit.longest_s
-        assert hover_s
-        facts = {**self.facts, **_facts(visit, hover_s, self.bound, self.limit_share)}
-        rows = labelled_rows(UNITS, _rows(visit, hover_s))
-        return replace(self, facts=facts, rows=rows, visit=visit)
+    calm: Coverage | str | None = field(default=None, repr=False)
 
     def fleet(self, share: float = 1.0, overlap_s: float = 0.0) -> Fleet:
         """Find the smallest fleet of such drones that covers a share of the time.
@@ -150,8 +90,11 @@ class Coverage(ResultsWithFacts):
         InputError, NoPlanError
             If a number is out of range; or the hover never ends, or 100 000 drones are too few.
         """
-        fleet = fleet_of(self, self.ending(), self.plan, share, overlap_s)
-        return self._with_calm(fleet, "calm_drones", lambda calm: calm.fleet(share, overlap_s))
+        fleet = fleet_of(self, share, overlap_s)
+        drones, words = self._in_calm_air(
+            lambda calm: calm.fleet(share, overlap_s).drones, DRONES_IN_CALM
+        )
+        return replace(fleet, calm_drones=drones, in_calm_air=words)
 
     def program(self) -> Program:
         """Declare this cycle as a problem: `Cycle` on its building, its start wells unknown.
@@ -174,12 +117,12 @@ class Coverage(ResultsWithFacts):
         """
         return program_of(self)
 
-    def compare(self) -> Results:
+    def compare(self) -> CycleComparison:
         """Compare this cycle with the answers of all engines that take `program`.
 
         Returns
         -------
-        Results
+        CycleComparison
             One row per method, with hover and rest [s], share [-] and distance of the hover [s].
 
         Raises
@@ -219,7 +162,10 @@ class Coverage(ResultsWithFacts):
         '3277.31 s of 3305.80 s'
         """
         day = horizon_of(self, hours)
-        return self._with_calm(day, "calm_hover_s", lambda calm: calm.horizon(hours))
+        hover_s, words = self._in_calm_air(
+            lambda calm: calm.horizon(hours).hover_s, "{:.2f} s of hover"
+        )
+        return replace(day, calm_hover_s=hover_s, in_calm_air=words)
 
     def event(
         self, hours: float, drones: int | None = None, progress: Progress | None = None
@@ -260,20 +206,11 @@ class Coverage(ResultsWithFacts):
         >>> [relay.event(hours).drones for hours in (1, 2, 4)]
         [2, 3, 4]
         """
-        event = event_of(self, [self.ending(), *self.visits], hours, drones, progress)
-        return self._with_calm(
-            event, "calm_drones", lambda calm: calm.event(hours, progress=progress)
+        event = event_of(self, hours, drones, progress)
+        number, words = self._in_calm_air(
+            lambda calm: calm.event(hours, progress=progress).drones, DRONES_IN_CALM
         )
-
-    def _with_calm(self, answer: Answer, name: str, ask: Callable[[Coverage], Results]) -> Answer:
-        """An answer with the same figure in calm air, if this cycle counts on the wind."""
-        figure = self.calm if isinstance(self.calm, str) else None
-        if isinstance(self.calm, Coverage):
-            try:
-                figure = ask(self.calm).facts[name.removeprefix("calm_")]
-            except (InputError, NoPlanError) as error:
-                figure = str(error)
-        return replace(answer, facts={**answer.facts, **calm_facts(name, figure, CALM[name])})
+        return replace(event, calm_drones=number, in_calm_air=words)
 
     def watts(self, drones: int, share: float = 1.0, overlap_s: float = 0.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.
@@ -301,12 +238,19 @@ class Coverage(ResultsWithFacts):
         currents = _net_currents(network, lit=False, pad_power_W=math.inf)
         visits = _visits(network, *currents, self.perspective, None, math.inf)
         pads = pad_power(self.mission, [*visits], drones, share, overlap_s)
+        _, words = self._in_calm_air(lambda calm: calm.watts(drones, share, overlap_s), "{}")
+        return pads._replace(in_calm_air=words)
+
+    def _in_calm_air(
+        self, ask: Callable[[Coverage], Figure], words: str
+    ) -> tuple[Figure | None, str | None]:
+        """A figure in calm air, if this cycle counts on the wind, and the same in words."""
         if not isinstance(self.calm, Coverage):
-            return pads._replace(in_calm_air=self.calm)
+            return None, self.calm
         try:
-            return pads._replace(in_calm_air=str(self.calm.watts(drones, share, overlap_s)))
+            return with_words(ask(self.calm), words)
         except (InputError, NoPlanError) as error:
-            return pads._replace(in_calm_air=str(error))
+            return None, str(error)
 
 
 def coverage(
@@ -365,11 +309,6 @@ def coverage(
     lit = lit_hover and swap_s is None and pad_power_W is None
     hover_A, rest_A = _net_currents(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
-    options: dict[str, Any] = {
-        "charged_by": charged_by,
-        "lit_hover": lit,
-        "perspective": perspective,
-    }
     calm = in_calm_air(
         loaded,
         lambda calm: coverage(
@@ -380,19 +319,25 @@ def coverage(
             pad_power_W=pad_power_W,
         ),
     )
-    calm_share = calm.share if isinstance(calm, Coverage) else calm
-    options |= calm_facts("calm_share", calm_share, CALM["calm_share"])
+    calm_share, words = with_words(
+        calm.share if isinstance(calm, Coverage) else calm, "{:.6%} of the time"
+    )
+    asked: dict[str, Any] = {
+        **{"mission": loaded, "charged_by": charged_by, "lit_hover": lit},
+        **{"perspective": perspective, "calm_share": calm_share, "in_calm_air": words},
+        "calm": calm,
+    }
     if hover_A <= 0.0:
-        facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
-        return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw, calm=calm)
+        return Coverage(rows=(), **NEVER_LANDS, **asked)
     visits = [*_visits(network, hover_A, rest_A, perspective, swap_s, pad_power_W)]
     best, hover_s, bound = _best(visits)
     most_A = math.inf if swap_s is not None else float(rest_A.max())
-    facts = _facts(best, hover_s, bound, 1.0 / (1.0 + hover_A / most_A)) | options
-    rows = labelled_rows(UNITS, _rows(best, hover_s))
-    table = "optuav coverage", loaded, facts, UNITS, rows, _show, _draw
-    others = tuple(visit for visit in visits if visit is not best)
-    return Coverage(*table, visit=best, visits=others, calm=calm)
+    return Coverage(
+        **cycle_figures(best, hover_s, bound),
+        limit_share=1.0 / (1.0 + hover_A / most_A),
+        visits=tuple(visit for visit in visits if visit is not best),
+        **asked,
+    )
 
 
 def _option_faults(
@@ -406,30 +351,6 @@ def _option_faults(
         yield Fault("lit_hover", shown(lit_hover), "must be True or False")
     if swap_s is not None and pad_power_W is not None:
         yield Fault("pad_power_W", shown(pad_power_W), "must be left out beside swap_s")
-
-
-def _facts(visit: Visit, hover_s: float, bound: float, limit_share: float) -> dict[str, Any]:
-    """The facts of the best cycle."""
-    share, size_As = visit.share(hover_s), float(visit.battery.capacity_As)
-    departing = visit.periodic(hover_s)
-    *_, landing = visit.carried(departing, *visit.stages(hover_s))
-    socs = (float(charge.total_As) / size_As for charge in (departing, landing))
-    times_s = hover_s, visit.rest_s(hover_s), visit.flight_s, visit.period_s(hover_s)
-    status = Status.OPTIMAL if bound - share <= CLOSE else Status.FEASIBLE
-    proof = PROOFS[visit.perspective] if visit.swap_s is None else SWAPPED
-    values = share, bound, limit_share, visit.building, *times_s, *socs, status.value, proof
-    return dict(zip(FACTS, values, strict=True))
-
-
-def _rows(visit: Visit, hover_s: float) -> Iterator[tuple[object, ...]]:
-    """Yield kind, duration [s] and both wells at the end [A s] of every phase of a cycle."""
-    charge = visit.periodic(hover_s)
-    for kind, stages in visit.phases(hover_s):
-        charge = tilted_after(visit.battery, charge, *stages)
-        wells = without_rounding(charge.wells(visit.battery), visit.battery.capacity_As)
-        yield kind, sum(stage.duration_s for stage in stages), *wells.tolist()
-    if visit.swap_s is not None:
-        yield "swap", visit.swap_s, *map(float, visit.battery.full)
 
 
 def _net_currents(network: Network, lit: bool, pad_power_W: float | None) -> tuple[float, Floats]:
@@ -507,92 +428,3 @@ def _best(visits: list[Visit]) -> tuple[Visit, float, float]:
         words = "no building allows a hover that can be repeated: the legs need too much charge"
         raise NoPlanError(f"{words} (battery.capacity_As, limits.min_soc)")
     return *best[0], bound
-
-
-def _planned(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Plan:
-    """Return one cycle as a plan of the mission that begins and ends on the building."""
-    building, rests, number = mission.buildings.names.index(visit.building), visit.swap_s is None, 0
-    roof_m = mission.buildings.roof_m[building].tolist()
-    cycled = mission.replace(
-        {
-            "route.origin_m": roof_m,
-            "route.destination_m": roof_m,
-            "route.hover_m": [*map(float, vehicle.hover_point_m(mission))],
-            "limits.deadline_s": min(max(facts["period_s"], mission.limits.deadline_s), 1e7),
-            "start": visit.wells(facts["hover_s"])._asdict(),
-        }
-    )
-    network = build_network(cycled)
-    if rests:
-        on_it = (network.routes.building == building) & ~network.routes.rest_first
-        number = int(np.flatnonzero(on_it)[0])
-    times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
-    net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
-    phases = route_phases(network, number, *times_s)
-    flown = simulated(cycled, [_with_currents(cycled, phase, net_A) for phase in phases])
-    received_W = flown[1].power_W + float(vehicle.hover_load(cycled).power_W)
-    table = replace(
-        quantities(network, np.array([number]), rests=rests, steps=False),
-        hover_current_A=visit.hover_A,
-        hover_received_W=received_W,
-        rest_current_A=visit.rest_A,
-        rest_received_W=flown[3].power_W if rests else 0.0,
-    )
-    return Plan(
-        mission=cycled,
-        problem="Cycle",
-        trajectory=None,
-        building=visit.building,
-        order="hover-first",
-        perspective=visit.perspective,
-        slot_s=None,
-        engine="coverage",
-        proof=facts["proof"],
-        status=Status(facts["status"]),
-        notes=(DARK,) if any(phase.edited for phase in flown) else (),
-        phases=flown,
-        soc={name: float(np.squeeze(PERSPECTIVES_OF[name](table, *times_s))) for name in PAPER},
-    )
-
-
-def _with_currents(mission: Mission, phase: Phase, net_A: dict[str, float]) -> Phase:
-    """Return a stay with the current of the cycle if the mission has another one."""
-    stage, cycle_A = phase.stages[0], net_A.get(phase.kind)
-    if cycle_A is None or math.isclose(stage.current_A, cycle_A, rel_tol=1e-12):
-        return phase
-    drawn = vehicle.hover_load(mission) if phase.kind == "hover" else mission.flight_model.rest()
-    power_W = (cycle_A + float(drawn.current_A)) * mission.battery.nominal_voltage_V
-    net = Flow(cycle_A, power_W - float(drawn.power_W))
-    return replace(phase, stages=(PhaseStage(stage.duration_s, *net),), edited=True)
-
-
-def _show(results: Results) -> Iterator[str]:
-    facts = results.facts
-    yield f"Coverage by one drone: {printable(results.mission.name)}"
-    if facts["building"] is None:
-        yield f"Share       100 %: it hovers for ever, {ENDLESS}"
-        yield from calm_line(facts)
-        return
-    yield f"Share       {facts['share']:.6%} of the time, at most {facts['bound']:.6%}"
-    yield f"Building    {printable(facts['building'])}"
-    times = (f"{name} {facts[f'{name}_s']:.2f} s" for name in ("hover", "flight", "rest"))
-    yield f"Cycle       {', '.join(times)}: {facts['period_s']:.2f} s"
-    departing, landing = (facts[f"soc_at_{name}"] for name in ("departure", "landing"))
-    yield f"Charge      {departing:.2%} at departure, {landing:.2%} at landing"
-    if facts["limit_share"] < 1.0:
-        yield f"Free legs   would give {facts['limit_share']:.2%}"
-    yield from calm_line(facts)
-    yield f"Proof       {facts['status']}: {facts['proof']}\n"
-    lines = [[row["kind"], *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in results.rows]
-    heads = ["phase", "duration [s]", "y1 [A s]", "y2 [A s]"]
-    yield from tabulated([heads, *lines])
-
-
-def _draw(cycle: Results) -> Pictures:
-    """Both wells over two periods."""
-    assert isinstance(cycle, Coverage)
-    if cycle.visit is None:
-        return
-    once = replay(cycle.plan)
-    title = f"Two periods of the endless cycle, {cycle.share:.2%} covered"
-    yield "cycle.png", draw_wells(cycle, title, [(once, 0.0), (once, cycle.period_s)])

@@ -3,58 +3,101 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TypedDict
 
 from formulations.cycle import Cycle
 from optuav.errors import printable
-from optuav.plan.summary import tabulated
-from optuav.service.checks import need_laser
+from optuav.options import Perspective
+from optuav.presentation.blocks import Block, Heading, Table
+from optuav.service.endless import EndlessCycle, need_laser
 from optuav.solving import formulate, solve
 from optuav.solving.program import Program
-from optuav.studies.results import Results, fixed, labelled_rows
-
-if TYPE_CHECKING:
-    from optuav.service.cycle import Coverage
+from optuav.studies.results import Pictures, Result, fixed
 
 UNITS = {"method": "", "hover_s": "s", "rest_s": "s", "share": "-", "gap_s": "s", "status": ""}
 METHODS = {"available": "bisection", "battery": "closed form"}
 
 
-def program_of(coverage: Coverage) -> Program:
+class CycleAnswer(TypedDict):
+    """A row of a comparison of cycles."""
+
+    method: str
+    hover_s: float
+    rest_s: float
+    share: float
+    gap_s: float
+    status: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class CycleComparison(Result):
+    """The endless cycle by every method that takes its declaration, one row per method.
+
+    Parameters
+    ----------
+    building, perspective
+        Where the drone rests, and how charge is counted.
+    """
+
+    kind = "optuav comparison of cycles"
+    units = UNITS
+    rows: tuple[CycleAnswer, ...]
+    building: str
+    perspective: Perspective
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield one line per method."""
+        where = f"endless cycle on {printable(self.building)}, {self.perspective}"
+        yield Heading(f"{printable(self.mission.name)}: {where}")
+        rows = [
+            [
+                row["method"],
+                *(fixed(time_s, 4) for time_s in (row["hover_s"], row["rest_s"])),
+                fixed(100.0 * row["share"], 6),
+                fixed(abs(row["gap_s"]), 4),
+                row["status"],
+            ]
+            for row in self.rows
+        ]
+        yield Table(["method", "hover [s]", "rest [s]", "share [%]", "apart [s]", "status"], rows)
+
+    def pictures(self) -> Pictures:
+        """Yield nothing: the table has two rows or three."""
+        yield from ()
+
+
+def program_of(cycle: EndlessCycle) -> Program:
     """The cycle on its building as a program over the mission of its plan."""
-    need_laser(coverage)
+    visit = need_laser(cycle)
     # A cycle never drives the available well past full, so that a taper changes nothing.
-    mission = coverage.plan.mission.replace({"battery.charging": "constant"})
-    return formulate(mission, Cycle(coverage.building), perspective=coverage.perspective)
+    mission = cycle.plan.mission.replace({"battery.charging": "constant"})
+    return formulate(mission, Cycle(visit.building), perspective=cycle.perspective)
 
 
-def compared(coverage: Coverage) -> Results:
+def compared(cycle: EndlessCycle) -> CycleComparison:
     """The cycle by `coverage` and by every engine that takes its declaration."""
-    program = program_of(coverage)
+    program = program_of(cycle)
     mission, problem = program.network.mission, program.question.problem
-    answers = [(METHODS[coverage.perspective], coverage.hover_s, coverage.rest_s, coverage.status)]
+    answers = [(METHODS[cycle.perspective], cycle.hover_s, cycle.rest_s, cycle.status)]
     for engine in ("cvxpy", "casadi"):
         if engine in program.engines:
-            plan = solve(mission, problem, perspective=coverage.perspective, engine=engine)
+            plan = solve(mission, problem, perspective=cycle.perspective, engine=engine)
             answers.append((engine, plan.hover_time_s, plan.rest_time_s, plan.status.value))
     rows = (
-        (method, h, r, h / (h + r + coverage.flight_s), h - coverage.hover_s, status)
+        CycleAnswer(
+            method=method,
+            hover_s=h,
+            rest_s=r,
+            share=h / (h + r + cycle.flight_s),
+            gap_s=h - cycle.hover_s,
+            status=status,
+        )
         for method, h, r, status in answers
     )
-    facts = {"building": coverage.building, "perspective": coverage.perspective}
-    table = coverage.mission, facts, UNITS, labelled_rows(UNITS, rows)
-    # No picture: the table has two rows or three.
-    return Results("optuav comparison of cycles", *table, _show, lambda _: ())
-
-
-def _show(results: Results) -> Iterator[str]:
-    """One line per method."""
-    facts = results.facts
-    name = printable(results.mission.name)
-    yield f"{name}: endless cycle on {printable(facts['building'])}, {facts['perspective']}\n"
-    table = [["method", "hover [s]", "rest [s]", "share [%]", "apart [s]", "status"]]
-    for row in results.rows:
-        times = (fixed(row[n], 4) for n in ("hover_s", "rest_s"))
-        share = fixed(100.0 * row["share"], 6)
-        table.append([row["method"], *times, share, fixed(abs(row["gap_s"]), 4), row["status"]])
-    yield from tabulated(table)
+    return CycleComparison(
+        mission=cycle.mission,
+        rows=tuple(rows),
+        building=cycle.ending().building,
+        perspective=cycle.perspective,
+    )

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Thread
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 
@@ -19,14 +19,13 @@ from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import counted, misfits, shown
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
-from optuav.service.checks import calm_line
-from optuav.service.fleet import repeated, turns_shown, upwards
+from optuav.presentation.blocks import Block, Facts, Heading
+from optuav.service.checks import calm_facts
+from optuav.service.endless import EndlessCycle
+from optuav.service.fleet import repeated, turns_table, upwards
 from optuav.service.visit import Visit
 from optuav.silence import silent
-from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
-
-if TYPE_CHECKING:
-    from optuav.service.cycle import Coverage
+from optuav.studies.results import Pictures, Result
 
 Constraints: TypeAlias = tuple[Integers, Sequence[float] | Floats, float]
 """Columns of unknowns (row, entry), the weight of each entry, and the largest sum of a row."""
@@ -47,8 +46,17 @@ BUILDINGS = 20  # Buildings that are tried although others beat them
 MORE = 2  # Hovers beyond the fewest that are tried, per drone
 
 
-@dataclass(frozen=True)
-class Event(ResultsWithFacts):
+class EventHover(TypedDict):
+    """A row of an event: a hover of one of the drones, and its rest after it."""
+
+    drone: int
+    start_s: float
+    hover_s: float
+    rest_s: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Event(Result):
     """A roster of drones in ring order, one row per hover.
 
     Parameters
@@ -60,22 +68,64 @@ class Event(ResultsWithFacts):
         most two hovers per drone more than the charge of full batteries requires.
     longest_hover_s
         Longest hover of the roster [s].
+    calm_drones, in_calm_air
+        If hovering counts on the wind, the number of drones in calm air, None without a roster
+        there, and the same in words; else None.
     """
 
-    plans: tuple[Plan, ...] = field(kw_only=True, repr=False)  # Of drones; of hovers with exchanges
-    offsets_s: tuple[float, ...] = field(kw_only=True, repr=False)
+    kind = "optuav event"
+    units = UNITS
+    rows: tuple[EventHover, ...]
+    hours: float
+    drones: int
+    least_drones: int
+    longest_hover_s: float
+    building: str
+    calm_drones: int | None = None
+    in_calm_air: str | None = None
+    plans: tuple[Plan, ...] = field(repr=False)  # Of drones; of hovers with exchanges
+    offsets_s: tuple[float, ...] = field(repr=False)
 
     def replay(self) -> FleetReplay:
         """Simulate every drone by the judge alone; each has a place of its own."""
         flight_s = self.plans[0].phases[0].duration_s
-        until_s, places = flight_s + 3600.0 * self.facts["hours"], len(self.plans)
+        until_s, places = flight_s + 3600.0 * self.hours, len(self.plans)
         limits: dict[str, Any] = {"share": 1.0, "until_s": until_s, "places": places}
         return replay_fleet(self.plans, self.offsets_s, **limits)
 
+    def blocks(self) -> Iterator[Block]:
+        """Yield the number of drones, and the hovers."""
+        yield Heading(f"{self.hours:g} h without a gap: {printable(self.mission.name)}")
+        out_s = self.plans[0].phases[0].duration_s
+        rest = f"on {printable(self.building)}; take off {out_s:.2f} s before a hover"
+        yield Facts(
+            [
+                ("Drones", f"{self.drones}; {AT_LEAST} {self.least_drones}"),
+                ("Hovers", f"{len(self.rows)}, up to {self.longest_hover_s:.2f} s"),
+                ("Rest", rest),
+                *calm_facts(self.in_calm_air),
+            ]
+        )
+        yield turns_table(["drone", "from [s]", "hover [s]", "rest [s]"], self.rows)
+
+    def pictures(self) -> Pictures:
+        """Yield a bar per drone, and below who covers."""
+        from optuav.plots.fleets import Turn, courses_drawn
+
+        out, _, back, *_ = self.plans[0].phases
+        flight_s = out.duration_s + back.duration_s
+        turns = [
+            Turn(row["start_s"], flight_s, row["hover_s"], row["rest_s"], 0.0) for row in self.rows
+        ]
+        end_s = turns[-1].offset_s + turns[-1].round_s
+        words = f"{self.hours:g} h without a gap, {counted(self.drones, 'drone')}"
+        title = f"{words}: {printable(self.mission.name)}"
+        courses = [turns[number :: self.drones] for number in range(self.drones)]
+        yield "event.png", courses_drawn(courses, end_s, title)
+
 
 def event_of(
-    coverage: Coverage,
-    visits: Sequence[Visit],
+    cycle: EndlessCycle,
     hours: float,
     drones: int | None,
     progress: Progress | None = None,
@@ -86,12 +136,12 @@ def event_of(
     """
     faults = [*misfits(("hours", hours, HOURS))]
     faults += misfits(*([] if drones is None else [("drones", drones, DRONES)]))
-    if coverage.perspective != "available":
-        faults.append(Fault("perspective", shown(coverage.perspective), "must be 'available' here"))
+    visits = _promising([cycle.ending(), *cycle.visits])
+    if cycle.perspective != "available":
+        faults.append(Fault("perspective", shown(cycle.perspective), "must be 'available' here"))
     refuse(faults)
     until_s, least, able = 3600.0 * hours, 0, list[Visit]()
-    visits, tried = _promising(visits), itertools.count()
-    tell = progress or (lambda *_: None)
+    tried, tell = itertools.count(), progress or (lambda *_: None)
     for count in range(1, MOST + 1):
         number = counted(count, "drone")
         tell(next(tried), None, number)
@@ -109,7 +159,7 @@ def event_of(
         for roster in (roster for visit in able for roster in _rosters(visit, count, until_s)):
             tell(next(tried), None, f"{number} on {printable(roster.visit.building)}")
             if roster.lowest_As >= -ROUNDING * float(roster.visit.battery.capacity_As):
-                event = _event(coverage.on(roster.visit), hours, least, roster)
+                event = _event(cycle.on(roster.visit), hours, least, roster)
                 if event.replay().flyable:
                     return event
         if drones is not None:
@@ -315,47 +365,22 @@ def _solved(
     return np.asarray(solver.getSolution().col_value)
 
 
-def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Event:
+def _event(cycle: EndlessCycle, hours: float, least: int, roster: Roster) -> Event:
     """The roster as a table, with the plan of every course."""
     figures = np.stack([roster.starts_s, roster.hovers_s, roster.rests_s], axis=1).tolist()
-    numbered = ((k % roster.drones + 1, *times) for k, times in enumerate(figures))
-    facts = {
-        **{"hours": hours, "drones": roster.drones, "least_drones": least},
-        **{"longest_hover_s": float(roster.hovers_s.max()), "building": coverage.building},
-    }
-    rows, courses = labelled_rows(UNITS, numbered), roster.courses
-    stays_s = [(hover_s, rest_s) for _, hover_s, rest_s in figures]
+    rows = (
+        EventHover(drone=k % roster.drones + 1, start_s=start_s, hover_s=hover_s, rest_s=rest_s)
+        for k, (start_s, hover_s, rest_s) in enumerate(figures)
+    )
+    stays_s, courses = [(hover_s, rest_s) for _, hover_s, rest_s in figures], roster.courses
     return Event(
-        *("optuav event", coverage.mission, facts, UNITS, rows, _show, _draw),
-        plans=tuple(repeated(coverage.plan, stays_s[number::courses]) for number in range(courses)),
+        mission=cycle.mission,
+        rows=tuple(rows),
+        hours=hours,
+        drones=roster.drones,
+        least_drones=least,
+        longest_hover_s=float(roster.hovers_s.max()),
+        building=roster.visit.building,
+        plans=tuple(repeated(cycle.plan, stays_s[number::courses]) for number in range(courses)),
         offsets_s=tuple(roster.starts_s[:courses].tolist()),
     )
-
-
-def _show(event: Results) -> Iterator[str]:
-    assert isinstance(event, Event)
-    facts = event.facts
-    yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
-    yield f"Drones      {facts['drones']}; {AT_LEAST} {facts['least_drones']}"
-    yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s"
-    out_s = event.plans[0].phases[0].duration_s
-    yield f"Rest        on {printable(facts['building'])}; take off {out_s:.2f} s before a hover"
-    yield from calm_line(facts)
-    yield ""
-    yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
-
-
-def _draw(event: Results) -> Pictures:
-    """A bar per drone, and below who covers."""
-    from optuav.plots.fleets import Turn, courses_drawn
-
-    assert isinstance(event, Event)
-    drones, flight_s = event.facts["drones"], event.plans[0].phases[0].duration_s
-    flight_s += event.plans[0].phases[2].duration_s
-    turns = [
-        Turn(row["start_s"], flight_s, row["hover_s"], row["rest_s"], 0.0) for row in event.rows
-    ]
-    end_s = turns[-1].offset_s + turns[-1].round_s
-    words = f"{event.facts['hours']:g} h without a gap, {counted(drones, 'drone')}"
-    title = f"{words}: {printable(event.mission.name)}"
-    yield "event.png", courses_drawn([turns[k::drones] for k in range(drones)], end_s, title)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, TypedDict
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable, refuse
 from optuav.fields import Number
@@ -16,10 +16,11 @@ from optuav.mission.messages import counted, misfits, shown
 from optuav.network.timeline import Phase, simulated
 from optuav.physics.roots import largest
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
-from optuav.service.checks import calm_line
+from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.service.checks import calm_facts
+from optuav.service.endless import EndlessCycle
 from optuav.service.visit import Visit
-from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
+from optuav.studies.results import Pictures, Result
 
 SHARE = Number("-", gt=0, le=1000, note=", where 1 is all of the time")
 OVERLAP = Number("s", ge=0, le=1e7)
@@ -32,8 +33,19 @@ MOST = 100_000  # Drones of a fleet
 MOST_A = 1e9  # Current of a pad beyond which none is strong enough [A]
 
 
-@dataclass(frozen=True)
-class Fleet(ResultsWithFacts):
+class FleetDrone(TypedDict):
+    """A row of a fleet: when a drone takes off first, and its times in every turn."""
+
+    drone: int
+    offset_s: float
+    flight_s: float
+    hover_s: float
+    rest_s: float
+    wait_s: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Fleet(Result):
     """Equal drones in a ring, one row per drone.
 
     Parameters
@@ -42,8 +54,16 @@ class Fleet(ResultsWithFacts):
         How many drones, places to rest (pads, or bays where packs are exchanged), and beams.
     offsets_s, starts_every_s
         (drone,) when each takes off first, and the time between two departures [s].
-    share, longest_gap_s
-        Mean number of drones that hover, and the longest time with fewer than asked for [s].
+    share, asked_share, longest_gap_s
+        Mean number of drones that hover, the one asked for, and the longest time with fewer than
+        asked for [s].
+    overlap_s, hover_s, rest_s
+        For how long two drones hover at a handover, and hover and rest of a cycle [s].
+    building, charged_by
+        Where the drones rest, and ``"laser"``, ``"pad"`` or ``"exchange"``.
+    calm_drones, in_calm_air
+        If hovering counts on the wind, the number of drones in calm air, None without a fleet
+        there, and the same in words; else None.
 
     Examples
     --------
@@ -53,8 +73,26 @@ class Fleet(ResultsWithFacts):
     (4, 3, 4)
     """
 
-    plan: Plan = field(kw_only=True, repr=False)
-    visit: Visit = field(kw_only=True, repr=False)
+    kind = "optuav fleet"
+    units = UNITS
+    rows: tuple[FleetDrone, ...]
+    drones: int
+    places: int
+    beams: int
+    offsets_s: tuple[float, ...]
+    starts_every_s: float
+    share: float
+    asked_share: float
+    overlap_s: float
+    longest_gap_s: float
+    hover_s: float
+    rest_s: float
+    building: str
+    charged_by: Literal["laser", "pad", "exchange"]
+    calm_drones: int | None = None
+    in_calm_air: str | None = None
+    plan: Plan = field(repr=False)
+    visit: Visit = field(repr=False)
 
     def replay(self, days: float = 4.0) -> FleetReplay:
         """Simulate the fleet for some days by the judge alone, all drones full at first.
@@ -63,24 +101,52 @@ class Fleet(ResultsWithFacts):
         and up to 30 [d], else `InputError`.
         """
         refuse(misfits(("days", days, Number("d", gt=0, le=30))))
-        facts, visit, until_s = self.facts, self.visit, days * DAY_S
-        turn_s = facts["starts_every_s"] * facts["drones"]
-        ground_s = turn_s - facts["hover_s"] - visit.flight_s
+        visit, until_s = self.visit, days * DAY_S
+        turn_s = self.starts_every_s * self.drones
+        ground_s = turn_s - self.hover_s - visit.flight_s
         turns = math.ceil(until_s / turn_s) + 1
         # An exchange fills the wells, so that every visit is a course of its own.
         visits, courses = (turns, 1) if visit.swap_s is None else (1, turns)
-        plan = repeated(self.plan, [(facts["hover_s"], ground_s)] * visits)
-        starts_s = [s + turn_s * turn for turn in range(courses) for s in facts["offsets_s"]]
+        plan = repeated(self.plan, [(self.hover_s, ground_s)] * visits)
+        starts_s = [s + turn_s * turn for turn in range(courses) for s in self.offsets_s]
         return replay_fleet(
             [plan] * len(starts_s),
             starts_s,
-            share=facts["asked_share"],
-            overlap_s=facts["overlap_s"],
+            share=self.asked_share,
+            overlap_s=self.overlap_s,
             until_s=until_s,
-            places=facts["places"],
+            places=self.places,
             place_s=ground_s if visit.swap_s is None else visit.swap_s,
-            beams=facts["beams"] if facts["charged_by"] == "laser" else None,
+            beams=self.beams if self.charged_by == "laser" else None,
         )
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the counts, and the times of the drones."""
+        words = covering(self.asked_share, self.overlap_s)
+        yield Heading(f"Fleet {words}: {printable(self.mission.name)}")
+        places = f"{self.places} on {printable(self.building)}, {self.beams} beams"
+        gap = f"{self.longest_gap_s:.2f} s at most; {self.share:.4g} hover on average"
+        yield Facts(
+            [
+                ("Drones", f"{self.drones}, a start every {self.starts_every_s:.2f} s"),
+                ("Places", places),
+                ("Gap", gap),
+                *calm_facts(self.in_calm_air),
+            ]
+        )
+        yield turns_table([name.replace("_s", " [s]") for name in UNITS], self.rows)
+
+    def pictures(self) -> Pictures:
+        """Yield a bar per drone."""
+        from optuav.plots.fleets import Turn, fleet_turns
+
+        turns = [
+            Turn(row["offset_s"], row["flight_s"], row["hover_s"], row["rest_s"], row["wait_s"])
+            for row in self.rows
+        ]
+        words = covering(self.asked_share, self.overlap_s)
+        title = f"{counted(self.drones, 'drone')} {words}: {printable(self.mission.name)}"
+        yield "fleet.png", fleet_turns(turns, title=title)
 
 
 def repeated(cycle: Plan, stays_s: Sequence[tuple[float, float]]) -> Plan:
@@ -108,44 +174,54 @@ def lasting(stay: Phase, duration_s: float) -> Phase:
     return replace(stay, stages=(replace(stage, duration_s=duration_s),))
 
 
-def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: float) -> Fleet:
+def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     """The smallest ring of equal drones that hover for a share of the time, see `Coverage.fleet`.
 
     By Little's law: mean numbers in the air and on the ground are the rate of starts times the
     durations, and a ring attains the next whole numbers.
     """
+    visit, hover_s, rest_s = cycle.ending(), cycle.hover_s, cycle.rest_s
     refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
-    hover_s, rest_s, period_s = (cycle.facts[name] for name in ("hover_s", "rest_s", "period_s"))
     _need_handover(overlap_s, hover_s)
     every_s = (hover_s - overlap_s) / share
-    drones = upwards(period_s / every_s)
+    drones = upwards(cycle.period_s / every_s)
     if drones > MOST:
         raise NoPlanError(f"a ring needs {drones} drones, more than {MOST}: state a smaller share")
-    wait_s = max(drones * every_s - period_s, 0.0)
+    wait_s = max(drones * every_s - cycle.period_s, 0.0)
     places = upwards((rest_s if visit.swap_s is not None else rest_s + wait_s) / every_s)
     # One for each place and each drone that hovers at once, but each lights one drone
-    lit = upwards(hover_s / every_s) if cycle.facts["lit_hover"] else 0
-    lasers = cycle.facts["charged_by"] == "laser"
+    lit = upwards(hover_s / every_s) if cycle.lit_hover else 0
     offsets_s = tuple(every_s * number for number in range(drones))
-    facts = {
-        "drones": drones,
-        "places": places,
-        "beams": min(places + lit, drones) if lasers else 0,
-        "offsets_s": offsets_s,
-        "starts_every_s": every_s,
-        "share": hover_s / every_s,
-        "asked_share": share,
-        "overlap_s": overlap_s,
-        "longest_gap_s": 0.0 if share >= 1.0 else max(every_s - hover_s, 0.0),
-        "hover_s": hover_s,
-        "rest_s": rest_s,
-        "building": visit.building,
-        "charged_by": cycle.facts["charged_by"],
-    }
-    times_s = visit.flight_s, hover_s, rest_s, wait_s
-    rows = labelled_rows(UNITS, ((k, s, *times_s) for k, s in enumerate(offsets_s, start=1)))
-    table = "optuav fleet", cycle.mission, facts, UNITS, rows, _show, _draw
-    return Fleet(*table, plan=plan, visit=visit)
+    rows = (
+        FleetDrone(
+            drone=number,
+            offset_s=offset_s,
+            flight_s=visit.flight_s,
+            hover_s=hover_s,
+            rest_s=rest_s,
+            wait_s=wait_s,
+        )
+        for number, offset_s in enumerate(offsets_s, start=1)
+    )
+    return Fleet(
+        mission=cycle.mission,
+        rows=tuple(rows),
+        drones=drones,
+        places=places,
+        beams=min(places + lit, drones) if cycle.charged_by == "laser" else 0,
+        offsets_s=offsets_s,
+        starts_every_s=every_s,
+        share=hover_s / every_s,
+        asked_share=share,
+        overlap_s=overlap_s,
+        longest_gap_s=0.0 if share >= 1.0 else max(every_s - hover_s, 0.0),
+        hover_s=hover_s,
+        rest_s=rest_s,
+        building=visit.building,
+        charged_by=cycle.charged_by,
+        plan=cycle.plan,
+        visit=visit,
+    )
 
 
 def _need_handover(overlap_s: float, hover_s: float) -> None:
@@ -260,35 +336,11 @@ def pad_power(
     return PadPower(power_W, current_A, hover_s, c_rate, best.building, accepted)
 
 
-def _show(fleet: Results) -> Iterator[str]:
-    facts = fleet.facts
-    words = covering(facts["asked_share"], facts["overlap_s"])
-    yield f"Fleet {words}: {printable(fleet.mission.name)}"
-    yield f"Drones      {facts['drones']}, a start every {facts['starts_every_s']:.2f} s"
-    yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
-    mean = f"{facts['share']:.4g} hover on average"
-    yield f"Gap         {facts['longest_gap_s']:.2f} s at most; {mean}"
-    yield from calm_line(facts)
-    yield ""
-    yield from turns_shown([name.replace("_s", " [s]") for name in UNITS], fleet.rows)
-
-
-def turns_shown(heads: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield a table of drones and times [s], as many rows as fit a page."""
-    first = (
+def turns_table(heads: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
+    """A table of drones and times [s], as many rows as fit a page."""
+    cells = [
         [str(number), *(f"{time_s:.2f}" for time_s in times_s)]
         for number, *times_s in (row.values() for row in rows[:MOST_SHOWN])
-    )
-    yield from tabulated([heads, *first])
-    if len(rows) > MOST_SHOWN:
-        yield f"and {len(rows) - MOST_SHOWN} more"
-
-
-def _draw(fleet: Results) -> Pictures:
-    from optuav.plots.fleets import Turn, fleet_turns
-
-    facts = fleet.facts
-    turns = [Turn(*times_s) for _, *times_s in (row.values() for row in fleet.rows)]
-    words = covering(facts["asked_share"], facts["overlap_s"])
-    title = f"{counted(facts['drones'], 'drone')} {words}: {printable(fleet.mission.name)}"
-    yield "fleet.png", fleet_turns(turns, title=title)
+    ]
+    more = len(rows) - MOST_SHOWN
+    return Table(heads, cells, below=[f"and {more} more"] if more > 0 else [])

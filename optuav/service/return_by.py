@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -17,21 +18,20 @@ from optuav.network.legs import Legs
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step, tilted_after
 from optuav.physics.roots import largest
-from optuav.plan.summary import tabulated
+from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.service.checks import (
     calm_facts,
-    calm_line,
     flyable_network,
     in_calm_air,
     schedule_faults,
+    with_words,
 )
-from optuav.studies.results import Pictures, Results, ResultsWithFacts, fixed
+from optuav.studies.results import Pictures, Result, fixed
 
 UNITS = {
     **{"place": "", "flight_s": "s", "dry_s": "s", "soc_s": "s", "earliest_s": "s"},
     **{"latest_s": "s", "binds": "", "a": "-", "b": "-", "g_As": "A s"},
 }
-MONITOR = ("a", 6), ("b", 6), ("g_As", 2)  # With digits
 SHOWN = 10  # Places that are printed
 POINTS = 100  # Moments of a picture
 TOO_LATE = "too late to leave"
@@ -53,7 +53,120 @@ class Rule(NamedTuple):
         return self.a * float(wells.available_As) + self.b * float(wells.bound_As) - self.g_As
 
 
-def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
+class ReturnTime(TypedDict):
+    """A row of a return: when to leave for a place, and its monitor."""
+
+    place: str
+    flight_s: float
+    dry_s: float | None
+    soc_s: float | None
+    earliest_s: float | None
+    latest_s: float | None
+    binds: str
+    a: float | None
+    b: float | None
+    g_As: float | None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ReturnTimes(Result):
+    """When to leave the hover point, one row per place that can be reached.
+
+    Parameters
+    ----------
+    latest_s, place
+        Last moment to leave for the place that leaves most time, None if it is too late [s].
+    available_As, bound_As
+        Wells on arrival at the hover point [A s].
+    hover_current_A, received_current_A
+        Drawn while hovering [A], beyond what the laser gives.
+    calm_latest_s, in_calm_air
+        If hovering counts on the wind, the last moment in calm air [s], None if it is too late
+        there, and the same in words; else None.
+    """
+
+    kind = "optuav return"
+    units = UNITS
+    rows: tuple[ReturnTime, ...]
+    latest_s: float | None
+    place: str
+    available_As: float
+    bound_As: float
+    hover_current_A: float
+    received_current_A: float
+    calm_latest_s: float | None
+    in_calm_air: str | None
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the wells on arrival, the moments by place, and the rule."""
+        yield Heading(f"When to leave the hover point: {printable(self.mission.name)}")
+        drawn = f"draws {self.hover_current_A:.4g} A from the battery"
+        drawn += f"; the laser gives {self.received_current_A:.4g} A"
+        wells = f"y1 = {self.available_As:.1f} A s, y2 = {self.bound_As:.1f} A s"
+        facts = [("On arrival", wells), ("Hovering", drawn)]
+        yield Facts([*facts, *calm_facts(self.in_calm_air)])
+        first, *others = self.rows
+        ranked = [first, *sorted(others, key=lambda row: -_leaves_s(row))]
+        shown, more = ranked[:SHOWN], len(ranked) - SHOWN
+        heads = ["place", "flight [s]", "by well [s]", "by charge [s]", "a", "b", "g [A s]"]
+        below = [f"and {more} more that leave less time"] if more > 0 else []
+        yield Table(heads, [*map(_cells, shown)], below=below)
+        rule = [
+            "Leave at the latest when the smaller of both times has passed after arrival.",
+            "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g.",
+        ]
+        for row in shown:
+            if row["earliest_s"]:
+                early = f"not before {row['earliest_s']:.3f} s: the available well would run dry"
+                rule.append(f"{printable(row['place'])}: {early} on the way; no monitor says that")
+        yield Note(rule)
+
+    def pictures(self) -> Pictures:
+        """Yield the margin of the rule at the landing over the moment of leaving, of two places."""
+        from optuav.plots import Line, Mark, curves
+
+        if self.latest_s is None or not math.isfinite(self.latest_s):
+            return
+        rows = {row["place"]: row for row in self.rows}
+        passed_s = np.linspace(0.0, 1.05 * self.latest_s, POINTS)
+        begin = Wells(self.available_As, self.bound_As)
+        wells = step(self.mission.pool, begin, Stage(-self.hover_current_A, passed_s))
+        lines, marks = list[Line](), list[Mark]()
+        for place in dict.fromkeys((self.rows[0]["place"], self.place)):
+            row = rows[place]
+            if row["a"] is None or row["b"] is None or row["g_As"] is None:
+                continue
+            left_As = row["a"] * wells.available_As + row["b"] * wells.bound_As - row["g_As"]
+            words = f"{printable(place)}, {row['binds']}: {fixed(row['latest_s'], 1)} s"
+            lines.append(Line(words, passed_s.tolist(), np.asarray(left_As).tolist()))
+            marks += [Mark(row["latest_s"], "")] if row["latest_s"] is not None else []
+        ax = curves(
+            lines,
+            title=f"When to leave the hover point: {printable(self.mission.name)}",
+            x_label="hover before leaving [s]",
+            y_label="left at the landing above the limit [A s]",
+            marks=marks,
+        )
+        yield "return.png", ax
+
+
+def _leaves_s(row: ReturnTime) -> float:
+    """The last moment [s], below all others where it is too late."""
+    return -math.inf if row["latest_s"] is None else row["latest_s"]
+
+
+def _cells(row: ReturnTime) -> list[str]:
+    """A row as it is shown."""
+    return [
+        printable(row["place"]),
+        f"{row['flight_s']:.2f}",
+        *(fixed(moment_s, 3, otherwise="too late") for moment_s in (row["dry_s"], row["soc_s"])),
+        *(fixed(weight, 6, otherwise="-") for weight in (row["a"], row["b"])),
+        fixed(row["g_As"], 2, otherwise="-"),
+    ]
+
+
+def return_by(mission: Mission | str | Path) -> ReturnTimes:
     """Find the last moment to leave the hover point, for the destination and every building.
 
     A place is in time while the available well stays above 0 on the whole way to it and
@@ -73,13 +186,13 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
 
     Returns
     -------
-    ResultsWithFacts
+    ReturnTimes
         One row per place that can be reached: ``flight_s``; ``dry_s`` and ``soc_s``, the last
         moments by the available well and by the charge, and ``latest_s``, the smaller [s] (None
         if it is too late at once, inf if hovering draws nothing); ``earliest_s``, the first moment,
         0 as a rule; ``binds``, the limit behind the last one; and the monitor ``a``, ``b`` [-],
         ``g_As`` [A s]: leave as soon as a·y1 + b·y2 < g. They are None where leaving at once would
-        run dry. Facts: ``latest_s`` and ``place`` of the place that leaves most time,
+        run dry. Of all: ``latest_s`` and ``place`` of the place that leaves most time,
         ``available_As`` and ``bound_As`` on arrival [A s], and ``hover_current_A`` [A] beyond
         ``received_current_A``, which the laser gives; remove ``laser`` where nothing charges the
         hover. ``calm_latest_s`` and ``in_calm_air`` are not None if hovering counts on the wind:
@@ -112,21 +225,27 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     received_A = float(network.places.charge_current_A[HOVER])
     hover_A = float(vehicle.hover_load(loaded).current_A) - received_A
     least_As = loaded.limits.min_soc * float(battery.capacity_As)
-    rows = list[dict[str, Any]]()
+    rows = list[ReturnTime]()
     for leg in landing:
-        moments = _moments(battery, charge, hover_A, network.legs.stages_of(leg), least_As)
         place, flight_s = network.legs.end[leg], float(network.legs.duration_s[leg])
-        row = network.places.names[place], flight_s, *moments
-        rows.append(dict(zip(UNITS, row, strict=True)))
+        way, name = network.legs.stages_of(leg), network.places.names[place]
+        rows.append(_time_for(name, flight_s, battery, charge, hover_A, way, least_As))
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
-    facts = {
-        **{"latest_s": best["latest_s"], "place": best["place"], "available_As": available_As},
-        **{"bound_As": bound_As, "hover_current_A": hover_A, "received_current_A": received_A},
-    }
     calm = in_calm_air(loaded, lambda mission: return_by(mission).latest_s or TOO_LATE)
-    facts |= calm_facts("calm_latest_s", calm, "{:.3f} s at most")
-    return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
+    calm_latest_s, words = with_words(calm, "{:.3f} s at most")
+    return ReturnTimes(
+        mission=loaded,
+        rows=tuple(rows),
+        latest_s=best["latest_s"],
+        place=best["place"],
+        available_As=available_As,
+        bound_As=bound_As,
+        hover_current_A=hover_A,
+        received_current_A=received_A,
+        calm_latest_s=calm_latest_s,
+        in_calm_air=words,
+    )
 
 
 def _ways(legs: Legs) -> tuple[int, list[int]]:
@@ -152,12 +271,18 @@ def _arrived(mission: Mission, way: Sequence[Stage]) -> Tilted:
     return charge
 
 
-def _moments(
-    battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float
-) -> tuple[object, ...]:
+def _time_for(
+    place: str,
+    flight_s: float,
+    battery: Battery,
+    charge: Tilted,
+    hover_A: float,
+    way: Sequence[Stage],
+    least_As: float,
+) -> ReturnTime:
     """Return the moments by both limits and between both, which binds, and its monitor.
 
-    See `UNITS`. The available well stays above 0 while hovering and at the end of every stage.
+    The available well stays above 0 while hovering and at the end of every stage.
     """
     by_charge = _by_charge(charge, hover_A, way, least_As)
     by_well = [_at_an_end(battery, charge, hover_A, way[:count]) for count in range(len(way) + 1)]
@@ -174,11 +299,20 @@ def _moments(
     binds, rule = "charge", by_charge
     if first.latest_s < soc_s or first.latest_s < 0.0:
         binds, rule = "available well", first
-    moments_s = (None if at_s < 0.0 else at_s for at_s in (first.latest_s, soc_s))
-    monitor = rule[2:] if earliest_s == 0.0 else (None, None, None)
-    if rule.latest_s < 0.0:
-        return *moments_s, None, None, binds, *monitor
-    return *moments_s, earliest_s, rule.latest_s, binds, *monitor
+    dry_s, charge_s = (None if at_s < 0.0 else at_s for at_s in (first.latest_s, soc_s))
+    leaves, has_monitor = rule.latest_s >= 0.0, earliest_s == 0.0
+    return ReturnTime(
+        place=place,
+        flight_s=flight_s,
+        dry_s=dry_s,
+        soc_s=charge_s,
+        earliest_s=earliest_s if leaves else None,
+        latest_s=rule.latest_s if leaves else None,
+        binds=binds,
+        a=rule.a if has_monitor else None,
+        b=rule.b if has_monitor else None,
+        g_As=rule.g_As if has_monitor else None,
+    )
 
 
 def _by_charge(charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float) -> Rule:
@@ -244,59 +378,3 @@ def _last_that_holds(spare_As: Callable[[float], float], from_s: float, to_s: fl
         lambda passed_s: spare_As(from_s + towards * passed_s) >= 0.0, abs(to_s - from_s)
     )
     return from_s + towards * (found[0] if found else 0.0)
-
-
-def _show(times: Results) -> Iterator[str]:
-    facts = times.facts
-    yield f"When to leave the hover point: {printable(times.mission.name)}"
-    wells = f"y1 = {facts['available_As']:.1f} A s, y2 = {facts['bound_As']:.1f} A s"
-    drawn = f"draws {facts['hover_current_A']:.4g} A from the battery"
-    drawn += f"; the laser gives {facts['received_current_A']:.4g} A"
-    yield f"On arrival  {wells}"
-    yield f"Hovering    {drawn}"
-    yield from calm_line(facts)
-    yield ""
-    ranked = sorted(
-        times.rows[1:], key=lambda row: math.inf if row["latest_s"] is None else -row["latest_s"]
-    )
-    table = [["place", "flight [s]", "by well [s]", "by charge [s]", "a", "b", "g [A s]"]]
-    rows = [times.rows[0], *ranked]
-    for row in rows[:SHOWN]:
-        moments = (fixed(row[name], 3, otherwise="too late") for name in ("dry_s", "soc_s"))
-        rule = (fixed(row[n], digits, otherwise="-") for n, digits in MONITOR)
-        table.append([printable(row["place"]), f"{row['flight_s']:.2f}", *moments, *rule])
-    yield from tabulated(table)
-    if (more := len(rows) - SHOWN) > 0:
-        yield f"and {more} more that leave less time"
-    yield ""
-    yield "Leave at the latest when the smaller of both times has passed after arrival."
-    yield "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g."
-    for row in rows[:SHOWN]:
-        if row["earliest_s"]:
-            early = f"not before {row['earliest_s']:.3f} s: the available well would run dry"
-            yield f"{printable(row['place'])}: {early} on the way; no monitor says that"
-
-
-def _draw(times: Results) -> Pictures:
-    """Draw the margin of the rule at the landing over the moment of leaving, for two places."""
-    from optuav.plots import Line, Mark, curves
-
-    facts, rows = times.facts, {row["place"]: row for row in times.rows}
-    latest_s = facts["latest_s"]
-    if latest_s is None or not math.isfinite(latest_s):
-        return
-    passed_s = np.linspace(0.0, 1.05 * latest_s, POINTS)
-    begin, hover = Wells(facts["available_As"], facts["bound_As"]), facts["hover_current_A"]
-    wells = step(times.mission.pool, begin, Stage(-hover, passed_s))
-    lines, marks = list[Line](), list[Mark]()
-    for place in dict.fromkeys((times.rows[0]["place"], facts["place"])):
-        row = rows[place]
-        if row["a"] is None:
-            continue
-        left_As = row["a"] * wells.available_As + row["b"] * wells.bound_As - row["g_As"]
-        words = f"{printable(place)}, {row['binds']}: {fixed(row['latest_s'], 1)} s"
-        lines.append(Line(words, passed_s.tolist(), np.asarray(left_As).tolist()))
-        marks += [Mark(row["latest_s"], "")] if row["latest_s"] is not None else []
-    title = f"When to leave the hover point: {printable(times.mission.name)}"
-    x_label, y_label = "hover before leaving [s]", "left at the landing above the limit [A s]"
-    yield "return.png", curves(lines, title=title, x_label=x_label, y_label=y_label, marks=marks)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from optuav.network.network import Network
 from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
+from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.service.box import Box, box_of, corners_of, samples_of
 from optuav.service.checks import flyable_network
 from optuav.service.robust_search import KEPT, RobustTimes, Search
@@ -29,7 +30,7 @@ from optuav.solving.assemble import figures
 from optuav.solving.outcome import replayed, route_plan
 from optuav.solving.parts import allowed
 from optuav.solving.question import Question, checked_question
-from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
+from optuav.studies.results import Pictures, Result
 from optuav.studies.samples import SEED, completed
 
 MOST_SAMPLES = 1_000_000
@@ -40,8 +41,17 @@ PROBLEMS_TAKEN = ("P1", "P3", "P4")
 UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}
 
 
-@dataclass(frozen=True)
-class RobustPlan(ResultsWithFacts):
+class UncertainNumber(TypedDict):
+    """A row of a robust plan: a number and the hover gained if it were certain."""
+
+    number: str
+    low: float
+    high: float
+    gain_s: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RobustPlan(Result):
     """A plan that holds within a box, one row per uncertain number.
 
     Parameters
@@ -57,16 +67,71 @@ class RobustPlan(ResultsWithFacts):
     reach_share
         The plan is declared for a box with this share of the reach to either side of the mission's
         own numbers (of the middle of a range that does not hold its number); 1 without a chance.
+    chance
+        The share of the box in which it was asked to hold, None for the whole box.
     risk_bound, confidence
         Upper bound on the share of the box in which the plan fails, and its confidence.
+    outside, windy
+        Numbers of the mission that do not lie in the box, in words; whether hovering counts on a
+        wind that the box does not vary.
     """
 
-    plan: Plan = field(kw_only=True, repr=False)  # Flown with the numbers of the mission
+    kind = "optuav robust"
+    units = UNITS
+    rows: tuple[UncertainNumber, ...]
+    hover_s: float
+    rest_s: float
+    route: tuple[str, ...]
+    nominal_hover_s: float
+    price_s: float
+    corners: int
+    samples: int
+    flyable: float
+    chance: float | None
+    reach_share: float
+    confidence: float
+    outside: tuple[str, ...]
+    windy: bool
+    risk_bound: float
+    plan: Plan = field(repr=False)  # Flown with the numbers of the mission
 
     @property
     def doubt_costs_s(self) -> dict[str, float]:
         """Hover gained on the route if a number were certain [s], by number; the largest first."""
         return {row["number"]: row["gain_s"] for row in self.rows}
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the plan, where it holds, and the gain of every number."""
+        yield Heading(f"Robust plan: {printable(self.mission.name)}")
+        nominal = f"{self.nominal_hover_s:.3f} s with certain numbers"
+        part = "" if self.chance is None else f" at {self.reach_share:.1%} of its reach"
+        held = f"{self.flyable:.2%} of {self.samples} samples of the box"
+        facts = [
+            ("Route", " → ".join(map(printable, self.route))),
+            ("Hover", f"{self.hover_s:.3f} s, rest {self.rest_s:.3f} s"),
+            ("Price", f"{self.price_s:.3f} s of hover: {nominal}"),
+            ("Holds", f"at {2 * self.corners} corners{part}, and in {held}"),
+        ]
+        if self.chance is None and self.flyable < 1.0:
+            facts.append(("Beware", "not in the whole box: state smaller ranges, or a chance"))
+        facts += [("Beware", words) for words in self.outside]
+        if self.windy:
+            words = "state a range of wind.velocity_m_s that holds 0"
+            facts.append(("Wind", f"this holds while the wind blows; for calm air, {words}"))
+        sure = f"with a confidence of {self.confidence}"
+        yield Facts([*facts, ("Risk", f"at most {self.risk_bound:.2%} of the box, {sure}")])
+        rows = [
+            [row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"]
+            for row in self.rows
+        ]
+        heads = ["if this were certain", "low", "high", "hover gained [s]"]
+        yield Table(heads, rows, longest=34)
+
+    def pictures(self) -> Pictures:
+        """Yield both wells of the plan with the numbers of the mission."""
+        from optuav import plots
+
+        yield "robust.png", plots.wells(self.plan)[0]
 
 
 def robust(
@@ -174,18 +239,25 @@ def robust(
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=not box.outside)
-    facts = {
-        **{"hover_s": times.hover_s, "rest_s": times.rest_s, "route": tuple(plan.route)},
-        "nominal_hover_s": nominal.hover_time_s,
-        "price_s": nominal.hover_time_s - times.hover_s,
-        **{"corners": corners_of(loaded, box).count, "samples": count},
-        **{"flyable": float(kept.mean()), "chance": chance, "reach_share": share},
-        **{"confidence": confidence, "outside": outside, "windy": windy},
-        "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
-    }
-    gains = sorted(_gains(search, times, box), key=lambda row: -row[-1])
-    rows = labelled_rows(UNITS, gains)
-    return RobustPlan("optuav robust", loaded, facts, UNITS, rows, _show, _draw, plan=plan)
+    return RobustPlan(
+        mission=loaded,
+        rows=tuple(sorted(_gains(search, times, box), key=lambda row: -row["gain_s"])),
+        hover_s=times.hover_s,
+        rest_s=times.rest_s,
+        route=tuple(plan.route),
+        nominal_hover_s=nominal.hover_time_s,
+        price_s=nominal.hover_time_s - times.hover_s,
+        corners=corners_of(loaded, box).count,
+        samples=count,
+        flyable=float(kept.mean()),
+        chance=chance,
+        reach_share=share,
+        confidence=confidence,
+        outside=outside,
+        windy=windy,
+        risk_bound=_risk_bound(count, int(np.count_nonzero(~kept)), confidence),
+        plan=plan,
+    )
 
 
 def _option_faults(
@@ -241,13 +313,12 @@ def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
     return NoPlanError("; ".join(words))
 
 
-def _gains(
-    search: Search, times: RobustTimes, box: Box
-) -> Iterator[tuple[str, float, float, float]]:
+def _gains(search: Search, times: RobustTimes, box: Box) -> Iterator[UncertainNumber]:
     """Yield every uncertain number with the hover gained on the route if it were certain."""
     for name, (low, high) in box.numbers.items():
         certain, _ = search.holding(np.array([times.route]), box.without(name))
-        yield name, low, high, 0.0 if certain is None else certain.hover_s - times.hover_s
+        gain_s = 0.0 if certain is None else certain.hover_s - times.hover_s
+        yield UncertainNumber(number=name, low=low, high=high, gain_s=gain_s)
 
 
 def _most_failures(samples: int, chance: float, confidence: float) -> int:
@@ -265,35 +336,3 @@ def _risk_bound(samples: int, failures: int, confidence: float) -> float:
     if failures == samples:
         return 1.0
     return float(special.betaincinv(failures + 1, samples - failures, confidence))
-
-
-def _show(robust: Results) -> Iterator[str]:
-    facts = robust.facts
-    yield f"Robust plan: {printable(robust.mission.name)}"
-    yield f"Route       {' → '.join(map(printable, facts['route']))}"
-    yield f"Hover       {facts['hover_s']:.3f} s, rest {facts['rest_s']:.3f} s"
-    nominal = f"{facts['nominal_hover_s']:.3f} s with certain numbers"
-    yield f"Price       {facts['price_s']:.3f} s of hover: {nominal}"
-    part = "" if facts["chance"] is None else f" at {facts['reach_share']:.1%} of its reach"
-    held = f"{facts['flyable']:.2%} of {facts['samples']} samples of the box"
-    yield f"Holds       at {2 * facts['corners']} corners{part}, and in {held}"
-    if facts["chance"] is None and facts["flyable"] < 1.0:
-        yield "Beware      not in the whole box: state smaller ranges, or a chance"
-    yield from (f"Beware      {words}" for words in facts["outside"])
-    if facts["windy"]:
-        words = "state a range of wind.velocity_m_s that holds 0"
-        yield f"Wind        this holds while the wind blows; for calm air, {words}"
-    sure = f"with a confidence of {facts['confidence']}"
-    yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
-    lines = [["if this were certain", "low", "high", "hover gained [s]"]]
-    for row in robust.rows:
-        lines.append([row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"])
-    yield from tabulated(lines, longest=34)
-
-
-def _draw(robust: Results) -> Pictures:
-    """Both wells of the plan with the numbers of the mission."""
-    from optuav import plots
-
-    assert isinstance(robust, RobustPlan)
-    yield "robust.png", plots.wells(robust.plan)[0]

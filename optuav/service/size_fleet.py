@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -14,24 +15,128 @@ from optuav.fields import Number
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
 from optuav.mission.messages import misfits, of_kind, path_of, unknown
-from optuav.plan.summary import tabulated
-from optuav.service.checks import calm_line, in_calm_air
+from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
+from optuav.service.checks import calm_facts, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage
 from optuav.service.fleet import OVERLAP, SHARE, covering, upwards
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Result
 
 PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
 """Names of prices: a drone without its packs, a beam, a pad by cable, a charger for packs outside
 a drone, the packs of one drone, and a tethered drone in place of all of them."""
 PRICE = Number("-", ge=0.0, le=1e12)
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
-PRICE_OF = {
-    **{"drones": "drone", "beams": "laser", "pads": "pad", "chargers": "charger"},
-    "battery_sets": "battery_set",
-}
-SCARCE = (*COUNTS, "share")  # In this order least, among rings
 UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
 SHARES = 100  # Shares in a picture
+
+
+class Ring(NamedTuple):
+    """What a ring of drones consists of, in the order in which it is scarce."""
+
+    drones: int
+    beams: int
+    pads: int
+    bays: int
+    chargers: int
+    battery_sets: int
+    share: float  # Of the time, that it covers
+
+    def cost(self, prices: Mapping[str, float]) -> float:
+        """Its price."""
+        return (
+            self.drones * prices["drone"]
+            + self.beams * prices["laser"]
+            + self.pads * prices["pad"]
+            + self.chargers * prices["charger"]
+            + self.battery_sets * prices["battery_set"]
+        )
+
+
+class TechnologySize(TypedDict):
+    """A row of sizes: the counts of a way to charge, None without a ring, and why there is none."""
+
+    technology: str
+    drones: int | None
+    beams: int | None
+    pads: int | None
+    bays: int | None
+    chargers: int | None
+    battery_sets: int | None
+    cost: float | None
+    share: float | None
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FleetSizes(Result):
+    """The least counts that cover a share of the time, one row per way to charge.
+
+    Parameters
+    ----------
+    share, overlap_s, swap_s
+        As asked: mean number of drones that hover, overlap of hovers and an exchange of packs [s].
+    prices
+        As asked, by name, or None.
+    in_calm_air
+        If hovering counts on the wind, the drones in calm air, in words; else None.
+    """
+
+    kind = "optuav fleet sizes"
+    units = UNITS
+    rows: tuple[TechnologySize, ...]
+    share: float
+    overlap_s: float
+    swap_s: float
+    prices: Mapping[str, float] | None
+    in_calm_air: str | None
+    cycles: Mapping[str, Coverage | str] = field(repr=False)
+    """The cycle of each technology, or why there is none."""
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the counts by technology, and why some have none."""
+        words = covering(self.share, self.overlap_s)
+        yield Heading(f"Fleets {words}: {printable(self.mission.name)}")
+        if calm := [*calm_facts(self.in_calm_air)]:
+            yield Facts(calm)
+        rows = list[list[str]]()
+        for row in self.rows:
+            counts = row["drones"], row["beams"], row["pads"], row["bays"], row["chargers"]
+            figures: list[float | None] = [*counts, row["battery_sets"]]
+            figures += [row["cost"]] if self.prices is not None else []
+            rows.append([row["technology"], *("-" if n is None else f"{n:.8g}" for n in figures)])
+        names = [*COUNTS, *(["cost"] if self.prices is not None else [])]
+        yield Table(["technology", *(name.replace("_", " ") for name in names)], rows)
+        if reasons := _reasons(self.rows):
+            yield Note(reasons)
+
+    def pictures(self) -> Pictures:
+        """Yield the cost, or the number of drones without prices, over the share."""
+        from optuav.plots import Line, curves
+
+        def steps(name: str, values: Mapping[float, float]) -> Line:
+            """A line that holds the value of each share from the one before."""
+            x, y = np.repeat([0.0, *values], 2)[1:-1], np.repeat([*values.values()], 2)
+            return Line(name, x, y)
+
+        shares = np.linspace(0.0, max(self.share, 1.0), SHARES + 1)[1:].tolist()
+        lines = list[Line]()
+        overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
+        for name, cycle in self.cycles.items():
+            rows = {part: _row(name, cycle, part, self.overlap_s, self.prices) for part in shares}
+            known = {x: row["drones" if self.prices is None else "cost"] for x, row in rows.items()}
+            if y := {x: value for x, value in known.items() if value is not None}:
+                lines.append(steps(name, y))
+        if self.prices is not None:
+            price = self.prices["tether"]
+            lines.append(steps("tether", {part: _tethers(part, price) for part in shares}))
+        ax = curves(
+            lines,
+            title=f"Fleets by what they cover{overlap}: {printable(self.mission.name)}",
+            x_label="mean number of drones that hover",
+            y_label="drones" if self.prices is None else "cost [currency of the prices]",
+            y_from_zero=True,
+        )
+        yield "sizes.png", ax
 
 
 def size_fleet(
@@ -40,7 +145,7 @@ def size_fleet(
     share: float = 1.0,
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
-) -> ResultsWithFacts:
+) -> FleetSizes:
     """Find the least counts that cover at least a share of the time, for each way to charge.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
@@ -64,7 +169,7 @@ def size_fleet(
 
     Returns
     -------
-    ResultsWithFacts
+    FleetSizes
         One row per technology with its counts, its cost and the ``share`` of its ring, which may
         start faster than asked for to need fewer places; ``why`` says why there is none. `plot`
         draws cost, or drones, over the share.
@@ -84,29 +189,29 @@ def size_fleet(
     """
     faults = [*misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP))]
     faults += misfits(("swap_s", swap_s, DURATION))
-    stated: Mapping[str, Any] | None = None
+    stated: Mapping[str, float] | None = None
     with collected(faults):
         stated = None if prices is None else _prices(prices)
     with collected(faults):
         loaded = load(mission)
     refuse(faults)
-    service = _Service(share, overlap_s, stated)
     cycles = dict(_cycles(loaded, swap_s))
-    rows = [service.row(name, cycle) for name, cycle in cycles.items()]
+    rows = [_row(name, cycle, share, overlap_s, stated) for name, cycle in cycles.items()]
     if all(row["why"] for row in rows):
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
     if stated is not None:
-        tether = {"technology": "tether", "why": "", "cost": service.tether_cost(share)}
-        rows.append(dict.fromkeys(UNITS) | tether)
-    calm = in_calm_air(loaded, lambda mission: _drones(mission, share, overlap_s, swap_s))
-    facts: dict[str, Any] = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s}
-    facts |= {"prices": stated, "in_calm_air": calm}
-
-    def draw(_: Results) -> Pictures:
-        return _draw(loaded, cycles, service)
-
-    return ResultsWithFacts("optuav fleet sizes", loaded, facts, UNITS, tuple(rows), _show, draw)
+        rows.append(_sized("tether", None, cost=_tethers(share, stated["tether"])))
+    return FleetSizes(
+        mission=loaded,
+        rows=tuple(rows),
+        share=share,
+        overlap_s=overlap_s,
+        swap_s=swap_s,
+        prices=stated,
+        in_calm_air=in_calm_air(loaded, lambda calm: _drones(calm, share, overlap_s, swap_s)),
+        cycles=cycles,
+    )
 
 
 def _drones(mission: Mission, share: float, overlap_s: float, swap_s: float) -> str:
@@ -129,7 +234,7 @@ def _cycles(mission: Mission, swap_s: float) -> Iterator[tuple[str, Coverage | s
             yield name, str(error)
 
 
-def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
+def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
     """The prices that a mapping or a file states, or a refusal with all faults."""
     words = "prices by name, or the path of a TOML file with them"
     of_kind("prices", prices, Mapping | str | Path, words)
@@ -146,99 +251,76 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
     return stated
 
 
-class _Service(NamedTuple):
-    """A share of the time that a fleet covers, the overlap of hovers [s], and prices, if any."""
-
-    share: float
-    overlap_s: float
-    prices: Mapping[str, Any] | None
-
-    def row(self, technology: str, cycle: Coverage | str) -> dict[str, Any]:
-        """The counts of a technology and its cost, or why there are none."""
-        row: dict[str, Any] = dict.fromkeys(UNITS) | {"technology": technology, "why": ""}
-        if isinstance(cycle, str):
-            return row | {"why": cycle}
-        try:
-            asked = self.counts(cycle, self.share)
-        except (InputError, NoPlanError) as error:
-            return row | {"why": str(error)}
-        # As many drones may start faster: without waiting, or as often as one beam more allows.
-        counted_s = cycle.hover_s - self.overlap_s
-        fastest = max(self.share, asked["drones"] * counted_s / cycle.period_s)
-        part = counted_s / cycle.hover_s  # Of the hovers, which counts
-        shares = {min(fastest, upwards(self.share / part) * part), fastest} - {self.share}
-        rings = [self.counts(cycle, share) for share in shares if SHARE.accepts(share)]
-        row |= min([asked, *rings], key=lambda ring: [ring[count] for count in SCARCE])
-        if self.prices is not None:
-            row["cost"] = sum(row[count] * self.prices[price] for count, price in PRICE_OF.items())
-        return row
-
-    def counts(self, cycle: Coverage, share: float) -> dict[str, Any]:
-        """The counts of the ring that covers exactly a share."""
-        fleet = cycle.fleet(share, self.overlap_s)
-        places, chargers = {cycle.charged_by: fleet.places}, 0
-        if cycle.charged_by == "exchange":  # ⌈c·D/I_ch/(h − o)⌉, D the charge of a visit
-            battery = cycle.mission.battery
-            visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
-            visit_As *= battery.capacity_As
-            chargers = upwards(visit_As / battery.charge_current_A / fleet.starts_every_s)
-        row = {"share": share, "drones": fleet.drones, "beams": fleet.beams, "chargers": chargers}
-        row |= {"pads": places.get("pad", 0), "bays": places.get("exchange", 0)}
-        return row | {"battery_sets": fleet.drones + chargers}
-
-    def tether_cost(self, share: float) -> float:
-        """Cost of a tethered drone for each device."""
-        assert self.prices is not None
-        return float(self.prices["tether"] * math.ceil(share))
+def _row(
+    technology: str,
+    cycle: Coverage | str,
+    share: float,
+    overlap_s: float,
+    prices: Mapping[str, float] | None,
+) -> TechnologySize:
+    """The counts of a technology and its cost, or why there are none."""
+    if isinstance(cycle, str):
+        return _sized(technology, None, why=cycle)
+    try:
+        asked = _ring(cycle, share, overlap_s)
+    except (InputError, NoPlanError) as error:
+        return _sized(technology, None, why=str(error))
+    # As many drones may start faster: without waiting, or as often as one beam more allows.
+    counted_s = cycle.hover_s - overlap_s
+    fastest = max(share, asked.drones * counted_s / cycle.period_s)
+    part = counted_s / cycle.hover_s  # Of the hovers, which counts
+    shares = {min(fastest, upwards(share / part) * part), fastest} - {share}
+    rings = [_ring(cycle, faster, overlap_s) for faster in shares if SHARE.accepts(faster)]
+    best = min([asked, *rings])
+    return _sized(technology, best, cost=None if prices is None else best.cost(prices))
 
 
-def _show(table: Results) -> Iterator[str]:
-    facts = table.facts
-    words = covering(facts["share"], facts["overlap_s"])
-    yield f"Fleets {words}: {printable(table.mission.name)}"
-    yield from calm_line(facts)
-    yield ""
-    names = [*COUNTS, *(["cost"] if facts["prices"] is not None else [])]
-    lines = [["technology", *(name.replace("_", " ") for name in names)]]
-    for row in table.rows:
-        cells = ("-" if row[name] is None else f"{row[name]:.8g}" for name in names)
-        lines.append([row["technology"], *cells])
-    yield from tabulated(lines)
-    if reasons := _reasons(table.rows):
-        yield ""
-        yield from reasons
+def _ring(cycle: Coverage, share: float, overlap_s: float) -> Ring:
+    """The ring that covers exactly a share."""
+    fleet, chargers = cycle.fleet(share, overlap_s), 0
+    if cycle.charged_by == "exchange":  # ⌈c·D/I_ch/(h − o)⌉, D the charge of a visit
+        battery = cycle.mission.battery
+        visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
+        visit_As *= battery.capacity_As
+        chargers = upwards(visit_As / battery.charge_current_A / fleet.starts_every_s)
+    return Ring(
+        drones=fleet.drones,
+        beams=fleet.beams,
+        pads=fleet.places if cycle.charged_by == "pad" else 0,
+        bays=fleet.places if cycle.charged_by == "exchange" else 0,
+        chargers=chargers,
+        battery_sets=fleet.drones + chargers,
+        share=share,
+    )
 
 
-def _reasons(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _sized(
+    technology: str, ring: Ring | None, *, cost: float | None = None, why: str = ""
+) -> TechnologySize:
+    """A row with the counts of a ring, if there is one."""
+    return TechnologySize(
+        technology=technology,
+        drones=ring and ring.drones,
+        beams=ring and ring.beams,
+        pads=ring and ring.pads,
+        bays=ring and ring.bays,
+        chargers=ring and ring.chargers,
+        battery_sets=ring and ring.battery_sets,
+        cost=cost,
+        share=ring and ring.share,
+        why=why,
+    )
+
+
+def _tethers(share: float, price: float) -> float:
+    """Cost of a tethered drone for each device."""
+    return float(price * math.ceil(share))
+
+
+def _reasons(rows: Sequence[TechnologySize]) -> list[str]:
     """Return why technologies have no counts, each reason once with their names."""
     reasons = dict[str, list[str]]()
     for row in rows:
         if row["why"]:
             reasons.setdefault(row["why"], []).append(row["technology"])
     return [f"{'; '.join(names)}: {words}" for words, names in reasons.items()]
-
-
-def _draw(mission: Mission, cycles: Mapping[str, Coverage | str], service: _Service) -> Pictures:
-    """Cost, or the number of drones without prices, over the share."""
-    from optuav.plots import Line, curves
-
-    def steps(name: str, values: Mapping[float, float]) -> Line:
-        """A line that holds the value of each share from the one before."""
-        x, y = np.repeat([0.0, *values], 2)[1:-1], np.repeat([*values.values()], 2)
-        return Line(name, x, y)
-
-    shares = np.linspace(0.0, max(service.share, 1.0), SHARES + 1)[1:].tolist()
-    priced, lines = service.prices is not None, list[Line]()
-    overlap = f", {service.overlap_s:g} s of overlap" * (service.overlap_s > 0.0)
-    for name, cycle in cycles.items():
-        rows = {part: service._replace(share=part).row(name, cycle) for part in shares}
-        y = {x: row["cost" if priced else "drones"] for x, row in rows.items() if not row["why"]}
-        if y:
-            lines.append(steps(name, y))
-    if priced:
-        lines.append(steps("tether", {part: service.tether_cost(part) for part in shares}))
-    title = f"Fleets by what they cover{overlap}: {printable(mission.name)}"
-    y_label = "cost [currency of the prices]" if priced else "drones"
-    x_label = "mean number of drones that hover"
-    ax = curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)
-    yield "sizes.png", ax

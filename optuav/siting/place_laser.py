@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats, Integers, plain
-from optuav.errors import Fault, folded, line_width, printable, printed, refuse
+from optuav.errors import Fault, printable, refuse
 from optuav.fields import Number
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
@@ -21,6 +21,8 @@ from optuav.mission.messages import counted, listed, misfits, shown, unlisted
 from optuav.network.places import charging_cap
 from optuav.network.scene import scene
 from optuav.options import Perspective
+from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.presented import Presented
 from optuav.siting.places import hover_table, refined
 from optuav.siting.selection import (
     OBJECTIVES,
@@ -46,8 +48,8 @@ WITHOUT_PLAN = {
 POINTS = "points (x, y, z) [m], |x| <= 1e6, as an array (site, 3) with at least one"
 
 
-@dataclass(frozen=True, eq=False)
-class Siting:
+@dataclass(frozen=True, eq=False, repr=False)
+class Siting(Presented):
     """The answer of `optuav.place_laser`: sites, their hover times, and a bound.
 
     Parameters
@@ -137,22 +139,16 @@ class Siting:
         ]
         return frame(rows, ["mission", "laser", "hover_s"])
 
-    @printed
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
-        lines = (f"{head:11}{text}" for head, text in self._lines())
-        return folded("\n".join(lines), line_width())
-
-    __str__ = summary
+        return str(self)
 
     def __repr__(self) -> str:
         return f"<Siting: {self._lines()[0][1]}>"
 
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
-        (_, placed), *lines = self._lines()
-        return markup.shown(markup.paragraph(placed, good=True), markup.pairs(lines))
+    def blocks(self) -> Iterator[Block]:
+        """Yield sites, value, bound and gap, greedy choice and refinement."""
+        yield Facts(self._lines(), label_width=11)
 
     def _lines(self) -> list[tuple[str, str]]:
         best, count, lasers = self.selection, len(self.missions), self.laser

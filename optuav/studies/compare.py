@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
+from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,13 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, several, shown, unknown
 from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
-from optuav.plan.summary import counted_in, tabulated
+from optuav.plan.summary import counted_in
+from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
 from optuav.studies.processes import WORKERS
-from optuav.studies.results import Draw, Pictures, Results, Row, fixed
+from optuav.studies.results import Comparison, Pictures, Row, fixed
 
 COMPARED: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(PAPER, ("closed-form", "cvxpy", "casadi", "grid")),
@@ -58,6 +59,81 @@ GROUNDED = {
 """Words in the column "flies" for a plan that cannot be flown, and their meaning."""
 
 
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PlanComparison(Comparison):
+    """The longest hover by perspective, trajectory or schedule, one row per plan.
+
+    Parameters
+    ----------
+    by, slot_s
+        What was compared, and the length of time slots [s], None for continuous times.
+    """
+
+    kind = "optuav comparison of plans"
+    by: tuple[str, ...]
+    slot_s: float | None
+    plans: tuple[Plan, ...] = field(repr=False)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each column by its name."""
+        if self._by_schedule:
+            return {"schedule": "", "period_s": "s", **UNITS, "brings_s": "s"}
+        return {**dict.fromkeys(AXES, ""), **UNITS}
+
+    @property
+    def _by_schedule(self) -> bool:
+        return self.by == ("schedule",)
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield one line a plan with whether it can be flown, and how each is known."""
+        subject = "schedule of the packs" if self._by_schedule else " and ".join(self.by)
+        yield Heading(f"{self.mission.name}: longest hover by {subject}, {counted_in(self.slot_s)}")
+        gain_head = ["gain [s]"] if self._by_schedule else []
+        words = [*(["schedule"] if self._by_schedule else AXES), "flies"]
+        heads = [*words, "Δ [s]", *gain_head, "T' [s]", "T [s]", "η1 [%]", "by way of"]
+        rows, grounded, proofs = list[list[str]](), set[str](), dict[str, dict[str, None]]()
+        for row in self.rows:
+            label, soc = _label(row), row["soc_battery"]
+            flies = _flies(row, self.mission.limits.min_soc)
+            line = (
+                label[0] if label[0] not in proofs else "",
+                *label[1:],
+                flies,
+                fixed(row["hover_time_s"]),
+                *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in gain_head),
+                *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
+                fixed(None if soc is None else 100.0 * soc, otherwise="–"),
+                ", ".join(row["route"][1:-1]) or "–",
+            )
+            rows.append([*line])
+            grounded.add(flies.split()[0])
+            proofs.setdefault(label[0], {})[row["proof"]] = None
+        yield Table(heads, rows, len(words), 1)
+        if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
+            yield Note(meanings)
+        known = list[str]()
+        for proof in dict.fromkeys(map("; ".join, proofs.values())):
+            names = (name for name, each in proofs.items() if "; ".join(each) == proof)
+            known.append(f"{', '.join(names)}: {proof}")
+        reasons = dict.fromkeys(reason for row in self.rows for reason in row["reasons"])
+        yield Note([*known, *(f"Because {reason}" for reason in reasons)])
+
+    def pictures(self) -> Pictures:
+        """Yield the wells of the packs by schedule, or the hover times by all else."""
+        from optuav import plots
+        from optuav.plots.style import printed
+
+        if self._by_schedule:
+            if any(self.plans):
+                yield "packs.png", plots.packs([plan for plan in self.plans if plan])[0]
+            return
+        names = ("trajectory", "perspective", "hover_time_s", "flyable")
+        bars = [plots.Bar(*(row[name] for name in names)) for row in self.rows]
+        title = f"{printed(self.mission.name)}: longest hover by trajectory and perspective"
+        yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
+
+
 def compare(
     mission: Mission | str | Path,
     *,
@@ -70,7 +146,7 @@ def compare(
     times: bool = False,
     progress: Progress | None = None,
     workers: int = 1,
-) -> Results:
+) -> Comparison:
     """Compare answers to the problems of a mission: by method, or plans by the options chosen.
 
     By method, P3, P4 for every building and order, and P1 are solved by the bracket, by CasADi, and
@@ -115,9 +191,11 @@ def compare(
 
     Returns
     -------
-    Results
+    Comparison
         By method one row a problem and method, with the gap to the optimum in continuous times and
-        whether it agrees; else one row a plan, with whether a simulation finds it flyable.
+        whether it agrees; else one row a plan, with whether a simulation finds it flyable. By
+        method ``agrees``, ``disagreements`` and ``failures`` say so of all answers, and ``reasons``
+        why there is no plan; else ``by`` is what was compared.
 
     Raises
     ------
@@ -185,11 +263,9 @@ def compare(
             known = plan and plans[0]
             row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if known else None
         rows.append(row)
-    units = {name: "s" if name == "period_s" else "" for name in settings[0]} | UNITS
-    units |= {"brings_s": "s"} if by_schedule else {}
-    draw: Draw = partial(_packs, plans=plans) if by_schedule else _choices
-    facts = {"by": names, "slot_s": slot_s}
-    return Results("optuav comparison of plans", studied, facts, units, tuple(rows), _tables, draw)
+    return PlanComparison(
+        mission=studied, rows=tuple(rows), by=names, slot_s=slot_s, plans=tuple(plans)
+    )
 
 
 def _some(name: str, stated: Any, kind: type, words: str) -> tuple[Any, ...] | None:
@@ -244,41 +320,6 @@ def _faults(
     yield from (Fault("engines", shown(other), words) for other in others)
 
 
-def _tables(found: Results) -> Iterator[str]:
-    """Yield one line a plan with whether it can be flown, and how each is known."""
-    by_schedule = "schedule" in found.units
-    subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
-    yield f"{found.mission.name}: longest hover by {subject}, {counted_in(found.facts['slot_s'])}\n"
-    gain_head = ["gain [s]"] if by_schedule else []
-    words = [*(["schedule"] if by_schedule else AXES), "flies"]
-    table = [[*words, "Δ [s]", *gain_head, "T' [s]", "T [s]", "η1 [%]", "by way of"]]
-    grounded, proofs = set[str](), dict[str, dict[str, None]]()
-    for row in found.rows:
-        label, soc = _label(row), row["soc_battery"]
-        flies = _flies(row, found.mission.limits.min_soc)
-        line = (
-            label[0] if label[0] not in proofs else "",
-            *label[1:],
-            flies,
-            fixed(row["hover_time_s"]),
-            *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in gain_head),
-            *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
-            fixed(None if soc is None else 100.0 * soc, otherwise="–"),
-            ", ".join(row["route"][1:-1]) or "–",
-        )
-        table.append([*line])
-        grounded.add(flies.split()[0])
-        proofs.setdefault(label[0], {})[row["proof"]] = None
-    yield from (*tabulated(table, len(words), 1), "")
-    if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
-        yield from (*meanings, "")
-    for proof in dict.fromkeys(map("; ".join, proofs.values())):
-        names = (name for name, each in proofs.items() if "; ".join(each) == proof)
-        yield f"{', '.join(names)}: {proof}"
-    for reason in dict.fromkeys(reason for row in found.rows for reason in row["reasons"]):
-        yield f"Because {reason}"
-
-
 def _label(row: Row) -> tuple[str, ...]:
     """Return the words that distinguish a plan from the others of its table."""
     if "schedule" not in row:
@@ -298,22 +339,3 @@ def _flies(row: Row, min_soc: float) -> str:
         return f"{word} {first_s:.0f} s"
     soc = row["soc_battery"]
     return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
-
-
-def _choices(found: Results) -> Pictures:
-    """Yield the hover times by trajectory and perspective."""
-    from optuav import plots
-    from optuav.plots.style import printed
-
-    names = ("trajectory", "perspective", "hover_time_s", "flyable")
-    bars = [plots.Bar(*(row[name] for name in names)) for row in found.rows]
-    title = f"{printed(found.mission.name)}: longest hover by trajectory and perspective"
-    yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
-
-
-def _packs(_: Results, plans: Sequence[Plan]) -> Pictures:
-    """Yield the wells of the packs by schedule."""
-    from optuav import plots
-
-    if any(plans):
-        yield "packs.png", plots.packs([plan for plan in plans if plan])[0]

@@ -1,7 +1,8 @@
 """Every problem of a mission by every engine, in slots and in continuous times, side by side."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -17,11 +18,11 @@ from optuav.modelling.classify import traits
 from optuav.modelling.forms import excess
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
+from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
 from optuav.studies.processes import run_tasks
-from optuav.studies.results import NONE, Pictures, Results, Row, fixed
+from optuav.studies.results import NONE, Comparison, Pictures, Row, fixed
 
 ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5), "casadi": 1e-4}
 """Tolerance of an engine's answer [s], up to `LONG_S` and in proportion beyond."""
@@ -40,6 +41,142 @@ Bound = tuple[int | None, str]
 Bounds = dict[float, Bound]  # By length of slots [s]
 
 
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MethodComparison(Comparison):
+    """Every problem of a mission by every engine, one row per problem and method.
+
+    Parameters
+    ----------
+    perspective
+        How charge is counted.
+    agrees, disagreements, failures
+        Whether all answers agree, those that do not, and the engines that failed, in words.
+    reasons
+        By problem, why it has no plan; empty where it has one.
+    """
+
+    kind = "optuav comparison"
+    perspective: Perspective
+    agrees: bool
+    disagreements: tuple[str, ...]
+    failures: tuple[str, ...]
+    reasons: Mapping[str, tuple[str, ...]]
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each column by its name."""
+        return UNITS | ({"time_s": "s"} if self._timed else {})
+
+    @property
+    def _timed(self) -> bool:
+        return "time_s" in self.rows[0]
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield gaps by problem, what each method is worth, how it knows, and the verdict."""
+        name, known = self.mission.name, f"{self.perspective}, by every method"
+        yield Heading(f"{name}: longest hover Δ, {known}")
+        feasible = any(row["hover_time_s"] is not None for row in self.rows)
+        if feasible:
+            yield self._gaps()
+            yield from self._worth()
+        yield Note([*self._verdict(feasible)])
+
+    def _verdict(self, feasible: bool) -> Iterator[str]:
+        """Yield why problems have no plan, what theory does not bound, and who disagrees."""
+        for name, reasons in self.reasons.items():
+            if reasons and (feasible or name == "P1"):
+                who = f"{name} has no plan" if feasible else "No problem has a plan"
+                yield f"{who}: {'; '.join(reasons)}."
+        unbounded = (row for row in self.rows if row["why"] and row["largest_gap_s"] is None)
+        for why in dict.fromkeys(row["why"] for row in unbounded):
+            yield f"The theory has no bound where {why}."
+        for heading, lines in (("DISAGREE", self.disagreements), ("FAILED", self.failures)):
+            yield from (f"{heading}  {line}" for line in lines)
+        if not self.disagreements and not self.failures:
+            plans = sum(row["hover_time_s"] is not None for row in self.rows)
+            few = f", {plans} of them with a plan" if plans < len(self.rows) else ""
+            on_what = few if feasible else " that nothing is feasible"
+            yield f"All {len(self.rows)} answers agree{on_what}."
+
+    def _gaps(self) -> Table:
+        """Return what slots lose of the hover by problem."""
+        slots_s = [*dict.fromkeys(row["slot_s"] for row in self.rows if row["slot_s"])]
+        # The first of several methods in the same slots
+        cells = {(_name(row), row["slot_s"]): row for row in reversed(self.rows)}
+        rows = list[list[str]]()
+        for problem in self.reasons:
+            verdicts = {row["agrees"] for row in self.rows if _name(row) == problem}
+            gaps = (_gap(cells[problem, slot_s]) for slot_s in slots_s)
+            best_s = cells[problem, None]["hover_time_s"]
+            agree = "NO" if False in verdicts else "?" if None in verdicts else "yes"
+            rows.append([problem, fixed(best_s, 3), *gaps, agree])
+        heads = ["problem", "Δ [s]", *(f"{slot_s:g} s" for slot_s in slots_s), "agree"]
+        above = "Δ in continuous times; below each length of slot, how much of it is lost [s]"
+        return Table(heads, rows, gap=1, above=above)
+
+    def _worth(self) -> Iterator[Block]:
+        """Yield the largest gap of each method by its bound, how often it agrees, and its proof."""
+        times = ["time [s]"] if self._timed else []
+        rows, proofs = list[list[str]](), dict[str, dict[str, None]]()
+        for method in dict.fromkeys(row["method"] for row in self.rows):
+            cells = [row for row in self.rows if row["method"] == method]
+            solved = [row for row in cells if row["gap_s"] is not None]
+            gap, limit = NONE, NONE
+            if solved:
+                worst = max(solved, key=lambda row: abs(row["gap_s"]))
+                limit_s = worst["largest_gap_s"] if worst["slot_s"] else worst["allowance_s"]
+                limit, gap_s = "no bound" if limit_s is None else f"{limit_s:g}", worst["gap_s"]
+                short = f"{abs(gap_s):.0e}" if gap_s else "0"
+                gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
+            agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
+            took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
+            reference = method == self.rows[0]["method"]
+            rows.append([method, "reference" if reference else gap, limit, agree, *took])
+            for row in solved:  # One line for methods that differ only in their slots
+                kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
+                proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
+        yield Table(["method", "largest gap [s]", "its bound [s]", "agree", *times], rows)
+        known = [
+            f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
+            for kind, words in proofs.items()
+        ]
+        relaxed = [row["relaxation_s"] for row in self.rows if row["relaxation_s"] is not None]
+        if limits := " or ".join(dict.fromkeys(f"{bound_s:.3f} s" for bound_s in relaxed)):
+            known.insert(
+                0, f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
+            )
+        yield Note(known)
+
+    def pictures(self) -> Pictures:
+        """Yield what slots cost, by their length."""
+        from optuav import plots
+        from optuav.plots.style import printed
+
+        slotted = [row for row in self.rows if row["slot_s"] and row["gap_s"] is not None]
+        lost: dict[tuple[str, str], float] = {}
+        for row in sorted(slotted, key=lambda row: row["slot_s"]):
+            key = f"{row['slot_s']:g} s", row["problem"]
+            lost[key] = max(lost.get(key, 0.0), 100.0 * row["gap_s"] / row["slot_s"])
+        if lost:
+            bars = [plots.Bar(*key, percent) for key, percent in lost.items()]
+            bounds = [
+                row["largest_gap_s"] / row["slot_s"] for row in slotted if row["largest_gap_s"]
+            ]
+            level = plots.Mark(100.0 * max(bounds), "bound of the theory") if bounds else None
+            title = f"{printed(self.mission.name)}: what whole slots cost at most, by their length"
+            y_label = "hover time Δ lost [% of a slot]"
+            yield "gaps.png", plots.bars(bars, title=title, y_label=y_label, level=level)
+
+
+def _gap(cell: Row) -> str:
+    """Return the gap of an answer in slots, marked where it disagrees."""
+    if cell["agrees"] is None:
+        return "failed"
+    gap_s = cell["gap_s"]
+    text = NONE if gap_s is None else f"{round(gap_s, 2) + 0.0:.2f}"
+    return text if cell["agrees"] else f"{text}!"
+
+
 def compare_methods(
     mission: Mission,
     perspective: Perspective,
@@ -50,7 +187,7 @@ def compare_methods(
     workers: int,
     *,
     times: bool,
-) -> Results:
+) -> MethodComparison:
     """Return the answers to P3, P4 for every building and order, and P1, one row per method.
 
     The parameters come from `optuav.compare`, already checked.
@@ -71,15 +208,15 @@ def compare_methods(
     remarks: dict[bool | None, list[str]] = {True: [], False: [], None: []}
     for row in rows:
         remarks[row["agrees"]].append(f"{_name(row)}, {row['method']}: {row['words']}")
-    facts = {
-        "perspective": perspective,
-        "agrees": not remarks[False],
-        "disagreements": tuple(remarks[False]),
-        "failures": tuple(remarks[None]),
-        "reasons": dict(reversed(reasons.items())),
-    }
-    units = UNITS | ({"time_s": "s"} if times else {})
-    return Results("optuav comparison", mission, facts, units, tuple(rows), _tables, _figures)
+    return MethodComparison(
+        mission=mission,
+        rows=tuple(rows),
+        perspective=perspective,
+        agrees=not remarks[False],
+        disagreements=tuple(remarks[False]),
+        failures=tuple(remarks[None]),
+        reasons=dict(reversed(reasons.items())),
+    )
 
 
 def _answers(
@@ -243,103 +380,3 @@ def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
         if abs(horizon_slots - round(horizon_slots)) > SLOT_TOLERANCE * max(1.0, horizon_slots):
             slots, words = 2, "the horizon is not a whole number of slots"
     return slots, words
-
-
-def _tables(found: Results) -> Iterator[str]:
-    """Yield gaps by problem, what each method is worth, how it knows, and the verdict."""
-    title = f"{found.mission.name}: longest hover Δ, {found.facts['perspective']}, by every method"
-    yield f"{title}\n"
-    feasible = any(row["hover_time_s"] is not None for row in found.rows)
-    if feasible:
-        yield from _gaps(found)
-        yield from _worth(found)
-    for name, reasons in found.facts["reasons"].items():
-        if reasons and (feasible or name == "P1"):
-            who = f"{name} has no plan" if feasible else "No problem has a plan"
-            yield f"{who}: {'; '.join(reasons)}."
-    unbounded = (row for row in found.rows if row["why"] and row["largest_gap_s"] is None)
-    for why in dict.fromkeys(row["why"] for row in unbounded):
-        yield f"The theory has no bound where {why}."
-    disagreements, failures = found.facts["disagreements"], found.facts["failures"]
-    for heading, lines in (("DISAGREE", disagreements), ("FAILED", failures)):
-        yield from (f"{heading}  {line}" for line in lines)
-    if not disagreements and not failures:
-        plans = sum(row["hover_time_s"] is not None for row in found.rows)
-        few = f", {plans} of them with a plan" if plans < len(found.rows) else ""
-        on_what = few if feasible else " that nothing is feasible"
-        yield f"All {len(found.rows)} answers agree{on_what}."
-
-
-def _gaps(found: Results) -> Iterator[str]:
-    """Yield what slots lose of the hover by problem."""
-    slots_s = [*dict.fromkeys(row["slot_s"] for row in found.rows if row["slot_s"])]
-    # The first of several methods in the same slots
-    cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
-    yield "Δ in continuous times; below each length of slot, how much of it is lost [s]"
-    table = [["problem", "Δ [s]", *(f"{slot_s:g} s" for slot_s in slots_s), "agree"]]
-    for problem in found.facts["reasons"]:
-        verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
-        gaps = (_gap(cells[problem, slot_s]) for slot_s in slots_s)
-        best_s = cells[problem, None]["hover_time_s"]
-        agree = "NO" if False in verdicts else "?" if None in verdicts else "yes"
-        table.append([problem, fixed(best_s, 3), *gaps, agree])
-    yield from (*tabulated(table, gap=1), "")
-
-
-def _gap(cell: Row) -> str:
-    """Return the gap of an answer in slots, marked where it disagrees."""
-    if cell["agrees"] is None:
-        return "failed"
-    gap_s = cell["gap_s"]
-    text = NONE if gap_s is None else f"{round(gap_s, 2) + 0.0:.2f}"
-    return text if cell["agrees"] else f"{text}!"
-
-
-def _worth(found: Results) -> Iterator[str]:
-    """Yield the largest gap of each method beside its bound, how often it agrees, and its proof."""
-    times = ["time [s]"] if "time_s" in found.units else []
-    table = [["method", "largest gap [s]", "its bound [s]", "agree", *times]]
-    proofs: dict[str, dict[str, None]] = {}
-    for method in dict.fromkeys(row["method"] for row in found.rows):
-        cells = [row for row in found.rows if row["method"] == method]
-        solved = [row for row in cells if row["gap_s"] is not None]
-        gap, limit = NONE, NONE
-        if solved:
-            worst = max(solved, key=lambda row: abs(row["gap_s"]))
-            limit_s = worst["largest_gap_s"] if worst["slot_s"] else worst["allowance_s"]
-            limit, gap_s = "no bound" if limit_s is None else f"{limit_s:g}", worst["gap_s"]
-            short = f"{abs(gap_s):.0e}" if gap_s else "0"
-            gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
-        agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
-        took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
-        reference = method == found.rows[0]["method"]
-        table.append([method, "reference" if reference else gap, limit, agree, *took])
-        for row in solved:  # One line for methods that differ only in their slots
-            kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
-            proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
-    yield from (*tabulated(table), "")
-    relaxed = [row["relaxation_s"] for row in found.rows if row["relaxation_s"] is not None]
-    if limits := " or ".join(dict.fromkeys(f"{bound_s:.3f} s" for bound_s in relaxed)):
-        yield f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
-    for kind, words in proofs.items():
-        yield f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
-    yield ""
-
-
-def _figures(found: Results) -> Pictures:
-    """Yield what slots cost, by their length."""
-    from optuav import plots
-    from optuav.plots.style import printed
-
-    slotted = [row for row in found.rows if row["slot_s"] and row["gap_s"] is not None]
-    lost: dict[tuple[str, str], float] = {}
-    for row in sorted(slotted, key=lambda row: row["slot_s"]):
-        key = f"{row['slot_s']:g} s", row["problem"]
-        lost[key] = max(lost.get(key, 0.0), 100.0 * row["gap_s"] / row["slot_s"])
-    if lost:
-        bars = [plots.Bar(*key, percent) for key, percent in lost.items()]
-        bounds = [row["largest_gap_s"] / row["slot_s"] for row in slotted if row["largest_gap_s"]]
-        level = plots.Mark(100.0 * max(bounds), "bound of the theory") if bounds else None
-        title = f"{printed(found.mission.name)}: what whole slots cost at most, by their length"
-        y_label = "hover time Δ lost [% of a slot]"
-        yield "gaps.png", plots.bars(bars, title=title, y_label=y_label, level=level)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -13,19 +15,28 @@ from optuav.errors import Fault, InputError, printable
 from optuav.flight.model import FLIGHTS, FlightModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import several, shown
-from optuav.plan.summary import tabulated
-from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
+from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.studies.results import Pictures, Result
 
 UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W", "current_A": "A"}
 HEADS = dict(zip(UNITS, ("speed", "rotor power", "battery power", "current"), strict=True))
 STEPS = 100  # Intervals up to the cap, if no speeds are given
 PRINTED = 11  # Most rows of the printed table
-NAMED = {"best_endurance": "best endurance", "best_range": "best range"}
 FASTEST_M_S = 1e6
 SPEEDS = "numbers, 0 <= x <= 1e6 [m/s], at least one"
 
 
-class PowerCurve(ResultsWithFacts):
+class PowerAtSpeed(TypedDict):
+    """A row of a power curve."""
+
+    speed_m_s: float
+    rotor_power_W: float
+    battery_power_W: float
+    current_A: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PowerCurve(Result):
     """The power over air speed, one row per speed.
 
     Parameters
@@ -47,15 +58,24 @@ class PowerCurve(ResultsWithFacts):
     ([764.0, 562.0, 738.0], 12.3)
     """
 
+    kind = "optuav power curve"
+    units = UNITS
+    rows: tuple[PowerAtSpeed, ...]
+    hover_power_W: float
+    best_endurance_m_s: float
+    best_endurance_power_W: float
+    best_range_m_s: float
+    best_range_power_W: float
+
     @property
     def speeds_m_s(self) -> Floats:
         """(speed,) air speeds [m/s]."""
-        return self._column("speed_m_s")
+        return np.array([row["speed_m_s"] for row in self.rows])
 
     @property
     def rotor_power_W(self) -> Floats:
         """(speed,) power at the rotors [W]."""
-        return self._column("rotor_power_W")
+        return np.array([row["rotor_power_W"] for row in self.rows])
 
     @property
     def power_W(self) -> Floats:
@@ -65,15 +85,50 @@ class PowerCurve(ResultsWithFacts):
     @property
     def battery_power_W(self) -> Floats:
         """(speed,) power that the battery delivers [W]."""
-        return self._column("battery_power_W")
+        return np.array([row["battery_power_W"] for row in self.rows])
 
     @property
     def current_A(self) -> Floats:
         """(speed,) current that the battery delivers [A]."""
-        return self._column("current_A")
+        return np.array([row["current_A"] for row in self.rows])
 
-    def _column(self, name: str) -> Floats:
-        return np.array([row[name] for row in self.rows])
+    @property
+    def named(self) -> dict[str, tuple[float, float]]:
+        """Speeds that stand out [m/s], with the power at the rotors there [W]."""
+        return {
+            "best endurance": (self.best_endurance_m_s, self.best_endurance_power_W),
+            "best range": (self.best_range_m_s, self.best_range_power_W),
+        }
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the hover, the speeds that stand out, and a table of the curve."""
+        yield Heading(f"Power over air speed: {printable(self.mission.name)}")
+        hover = f"  in the mission's wind  {self.hover_power_W:9.2f} W at the rotors"
+        named = (
+            (words.capitalize(), f"{speed:9.2f} m/s in still air  {power:9.2f} W at the rotors")
+            for words, (speed, power) in self.named.items()
+        )
+        yield Facts([("Hover", hover), *named], label_width=15)
+        step = -(-(len(self.rows) - 1) // (PRINTED - 1)) or 1
+        heads = (f"{HEADS[name]} [{unit}]" for name, unit in UNITS.items())
+        rows = (map("{:.2f}".format, row.values()) for row in self.rows[::step])
+        yield Table(["", *heads], [["", *row] for row in rows])
+
+    def pictures(self) -> Pictures:
+        """Yield the power in level flight, with hover and the speeds that stand out."""
+        from optuav.plots import Line, Mark, curves
+
+        hover = Line("hover, in the mission's wind", [0.0], [self.hover_power_W], "o")
+        named = {words: speed for words, (speed, _) in self.named.items()}
+        ax = curves(
+            [Line("level flight", self.speeds_m_s, self.rotor_power_W), hover],
+            title=f"Power over air speed: {printable(self.mission.name)}",
+            x_label="air speed $V$ [m/s]",
+            y_label="power at the rotors $P$ [W]",
+            marks=[Mark(speed, f"{words}: {speed:.1f} m/s") for words, speed in named.items()],
+            y_from_zero=True,
+        )
+        yield "power.png", ax
 
 
 def power_curve(
@@ -127,42 +182,18 @@ def power_curve(
     level = flight.power_over_speed(speeds)
     assert level is not None
     columns = speeds, level.power_W, level.drawn.power_W, level.drawn.current_A
-    rows = labelled_rows(UNITS, np.stack(columns, axis=1).tolist())
-    facts = {"hover_power_W": float(level.hover_power_W)}
-    for name in NAMED:
-        speed, power = getattr(level, name)
-        facts |= {f"{name}_m_s": float(speed), f"{name}_power_W": float(power)}
-    return PowerCurve("optuav power curve", whole, facts, UNITS, rows, _show, _draw)
-
-
-def _show(curve: Results) -> Iterator[str]:
-    facts = curve.facts
-    yield f"Power over air speed: {printable(curve.mission.name)}"
-    yield f"Hover            in the mission's wind  {facts['hover_power_W']:9.2f} W at the rotors"
-    for name, words in NAMED.items():
-        speed, power = facts[f"{name}_m_s"], facts[f"{name}_power_W"]
-        yield f"{words.capitalize():15}{speed:9.2f} m/s in still air  {power:9.2f} W at the rotors"
-    yield ""
-    step = -(-(len(curve.rows) - 1) // (PRINTED - 1)) or 1
-    head = [f"{HEADS[name]} [{unit}]" for name, unit in UNITS.items()]
-    lines = ([f"{value:.2f}" for value in row.values()] for row in curve.rows[::step])
-    yield from tabulated([("", *head), *(("", *line) for line in lines)])
-
-
-def _draw(curve: Results) -> Pictures:
-    """Power in level flight, with hover and the speeds that stand out."""
-    from optuav.plots import Line, Mark, curves
-
-    facts, name = curve.facts, curve.mission.name
-    speeds, powers = ([row[key] for row in curve.rows] for key in ("speed_m_s", "rotor_power_W"))
-    hover = Line("hover, in the mission's wind", [0.0], [facts["hover_power_W"]], "o")
-    named = {words: facts[f"{key}_m_s"] for key, words in NAMED.items()}
-    ax = curves(
-        [Line("level flight", speeds, powers), hover],
-        title=f"Power over air speed: {printable(name)}",
-        x_label="air speed $V$ [m/s]",
-        y_label="power at the rotors $P$ [W]",
-        marks=[Mark(speed, f"{words}: {speed:.1f} m/s") for words, speed in named.items()],
-        y_from_zero=True,
+    (endurance, endurance_W), (furthest, furthest_W) = level.best_endurance, level.best_range
+    return PowerCurve(
+        mission=whole,
+        rows=tuple(
+            PowerAtSpeed(
+                speed_m_s=speed_m_s, rotor_power_W=rotor_W, battery_power_W=battery_W, current_A=A
+            )
+            for speed_m_s, rotor_W, battery_W, A in np.stack(columns, axis=1).tolist()
+        ),
+        hover_power_W=float(level.hover_power_W),
+        best_endurance_m_s=float(endurance),
+        best_endurance_power_W=float(endurance_W),
+        best_range_m_s=float(furthest),
+        best_range_power_W=float(furthest_W),
     )
-    yield "power.png", ax

@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -14,11 +16,11 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import counted, misfits, shown, unlisted
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
-from optuav.plan.summary import tabulated
+from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.studies.batch import best_of
-from optuav.studies.results import Pictures, Results, Row, fixed
+from optuav.studies.results import Pictures, Result, fixed
 from optuav.studies.samples import (
     SEED,
     WAVELENGTH,
@@ -49,6 +51,92 @@ ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
 LONGEST_KEY = 34
 
 
+class Effect(TypedDict):
+    """A row of a sensitivity: a key with the hover times [s] at the ends of its range."""
+
+    key: str
+    unit: str
+    now: float
+    low: float
+    high: float
+    hover_low_s: float | None
+    hover_high_s: float | None
+    elasticity: float | None
+    local_less: float | None
+    local_more: float | None
+    local_elasticity: float | None
+    has_kink: bool
+    at_end: bool
+    swing_s: float
+    along: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Sensitivity(Result):
+    """What matters most to the longest hover of a mission, one row per key.
+
+    Parameters
+    ----------
+    perspective
+        How charge is counted.
+    hover_time_s, plan_hover_time_s
+        Longest hover of the mission itself, 0 without a plan; that of the fixed plan, or None [s].
+    chances
+        Over the samples: quantiles of the longest hover, how often each route is the best, and the
+        share in which the fixed plan can be flown; None if nothing is uncertain.
+    """
+
+    kind = "optuav sensitivity"
+    units = UNITS
+    rows: tuple[Effect, ...]
+    perspective: Perspective
+    hover_time_s: float
+    plan_hover_time_s: float | None
+    chances: Chances | None
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the effects of single keys, then the results of the samples."""
+        yield Heading(f"{self.mission.name}: what matters most, {self.perspective}")
+        rows = [row for row in self.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
+        has_plan = f"Longest hover {self.hover_time_s:.2f} s"
+        itself = has_plan if self.hover_time_s else "The mission has no plan"
+        itself += "; one key at a time, everything else held:"
+        below = [*self._below(rows)]
+        if rows:
+            heads = ["key", "range", "Δ low", "Δ high", "% by 1 %", "local"]
+            cells = [*map(_cells, rows)]
+            yield Table(heads, cells, gap=1, longest=LONGEST_KEY, above=itself, below=below)
+        else:
+            yield Note(
+                [itself, "no key within its range changes that; optuav explain shows what would"]
+            )
+        if self.chances is not None:
+            yield from _chances(self.chances, self.plan_hover_time_s)
+
+    def _below(self, rows: Sequence[Effect]) -> Iterator[str]:
+        """Yield the lines below the table of some rows."""
+        if more := len(self.rows) - len(rows):
+            yield f"and {more} more with smaller effects"
+        if kinks := [row for row in rows if row["has_kink"] or row["at_end"]]:
+            sides = (
+                f"{row['key']} {_rate(row['local_less'])} below, {_rate(row['local_more'])} above"
+                + (", the end of the range" if row["at_end"] else "")
+                for row in kinks
+            )
+            yield f"Local on either side: {'; '.join(sides)}"
+        if any(row["key"] == WAVELENGTH for row in rows):
+            yield f"{WAVELENGTH} moves only the attenuation: slopes and offsets are held"
+
+    def pictures(self) -> Pictures:
+        """Yield a tornado of the keys, and how the hover times of the samples are spread."""
+        from optuav.plots.charts import hover_times, tornado
+
+        yield "tornado.png", tornado(self.rows, self.hover_time_s, self.mission.name)
+        if self.chances is not None:
+            times_s, plan_s = self.chances.hover_times_s, self.plan_hover_time_s
+            yield "hover.png", hover_times(times_s, self.mission.name, fixed_s=plan_s)
+
+
 def sensitivity(
     mission: Mission | str | Path,
     uncertainty: Mapping[str, object] | str | Path | None = None,
@@ -57,7 +145,7 @@ def sensitivity(
     plan: Plan | str | Path | None = None,
     samples: int = 10_000,
     seed: int = 0,
-) -> Results:
+) -> Sensitivity:
     """Find which numbers of a mission matter most to its longest hover.
 
     Parameters
@@ -85,16 +173,16 @@ def sensitivity(
 
     Returns
     -------
-    Results
+    Sensitivity
         One row a key, the largest effect first: the hover times [s] at the ends of its range (the
         stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
         percent of the key, as a mean over the range; and the local one at the value itself, from
         steps of 0.01 and 0.02 % below it and above it, which differ at a kink (``local_less``,
         ``local_more``; None if such a step leaves the possible values, ``at_end`` if that is the
-        range of the key). Facts are ``hover_time_s``, the longest hover of the mission itself (0
-        without a plan), and ``chances``, from the samples: quantiles of the longest hover, how
-        often each route is the best, and the share of samples where the fixed plan can be flown;
-        None if nothing is uncertain.
+        range of the key). ``hover_time_s`` is the longest hover of the mission itself (0 without a
+        plan), and ``chances`` comes from the samples: quantiles of the longest hover, how often
+        each route is the best, and the share of samples where the fixed plan can be flown; None if
+        nothing is uncertain.
 
     Raises
     ------
@@ -138,19 +226,19 @@ def sensitivity(
     if uncertain:
         draws = Draws(studied, uncertain, int(samples), int(seed), independent)
         of_samples = chances(draws, perspective, held, stated=uncertainty is not None)
-    facts = {
-        "perspective": perspective,
-        "hover_time_s": hover_s,
-        "plan_hover_time_s": None if held is None else held.hover_time_s,
-        "chances": of_samples,
-    }
-    rows = effects(studied, alone_in_turn, perspective, hover_s)
-    return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
+    return Sensitivity(
+        mission=studied,
+        rows=effects(studied, alone_in_turn, perspective, hover_s),
+        perspective=perspective,
+        hover_time_s=hover_s,
+        plan_hover_time_s=None if held is None else held.hover_time_s,
+        chances=of_samples,
+    )
 
 
 def effects(
     mission: Mission, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
-) -> tuple[Row, ...]:
+) -> tuple[Effect, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
     steps = STEP * np.array([abs(spread.key.now) or spread.high - spread.low for spread in spreads])
     values = np.array([[spread.low, spread.high, *[spread.key.now] * 5] for spread in spreads])
@@ -166,7 +254,7 @@ def effects(
     # To one side each, of second order: at the value itself another limit or route may take over.
     below = (near_s[0] - 4.0 * near_s[1] + 3.0 * near_s[2]) / (2.0 * steps)
     above = (4.0 * near_s[3] - near_s[4] - 3.0 * near_s[2]) / (2.0 * steps)
-    rows = list[Row]()
+    rows = list[Effect]()
     table = np.transpose([lows_s, highs_s, below, above]).tolist()
     for spread, inside, (low_s, high_s, *rates) in zip(spreads, allowed, table, strict=True):
         key = spread.key
@@ -178,15 +266,23 @@ def effects(
         has_kink = (less is None) != (more is None) and not at_end
         if less is not None and more is not None:
             has_kink = not math.isclose(less, more, rel_tol=0.01, abs_tol=KINK)  # else a curve
-        row = {
-            **{"key": key.name, "unit": key.unit, "now": key.now},
-            **{"low": spread.low, "high": spread.high, "hover_low_s": low, "hover_high_s": high},
-            **{"elasticity": mean, "local_less": less, "local_more": more},
-            "local_elasticity": None if has_kink else less if more is None else more,
-            **{"has_kink": has_kink, "at_end": at_end},
-            "swing_s": max(abs((end_s or 0.0) - hover_time_s) for end_s in (low, high)),
-            "along": tuple(other.name for other in spread.along),
-        }
+        row = Effect(
+            key=key.name,
+            unit=key.unit,
+            now=key.now,
+            low=spread.low,
+            high=spread.high,
+            hover_low_s=low,
+            hover_high_s=high,
+            elasticity=mean,
+            local_less=less,
+            local_more=more,
+            local_elasticity=None if has_kink else less if more is None else more,
+            has_kink=has_kink,
+            at_end=at_end,
+            swing_s=max(abs((end_s or 0.0) - hover_time_s) for end_s in (low, high)),
+            along=tuple(other.name for other in spread.along),
+        )
         rows.append(row)
     return tuple(sorted(rows, key=lambda row: -row["swing_s"]))
 
@@ -203,37 +299,17 @@ def _one_by_one(spreads: Sequence[Spread], values: Floats) -> dict[str, Floats]:
     return columns
 
 
-def _tables(found: Results) -> Iterator[str]:
-    """Yield the effects of single keys, then the results of the samples."""
-    facts, hover_s = found.facts, found.facts["hover_time_s"]
-    yield f"{found.mission.name}: what matters most, {facts['perspective']}\n"
-    rows = [row for row in found.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
-    itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
-    yield f"{itself}; one key at a time, everything else held:"
-    table = [["key", "range", "Δ low", "Δ high", "% by 1 %", "local"]]
-    for row in rows:
-        bend = "kink" if row["has_kink"] else "end" if row["at_end"] else ""
-        key, ends = row["key"] + "+" * bool(row["along"]), (row["hover_low_s"], row["hover_high_s"])
-        rates = _rate(row["elasticity"]), bend or _rate(row["local_elasticity"])
-        table.append([key, _range(row["now"], row["low"], row["high"]), *map(fixed, ends), *rates])
-    if rows:
-        yield from tabulated(table, gap=1, longest=LONGEST_KEY)
-    else:
-        yield "no key within its range changes that; optuav explain shows what would"
-    if rows and (more := len(found.rows) - len(rows)):
-        yield f"and {more} more with smaller effects"
-    if kinks := [row for row in rows if row["has_kink"] or row["at_end"]]:
-        sides = (
-            f"{row['key']} {_rate(row['local_less'])} below, {_rate(row['local_more'])} above"
-            + (", the end of the range" if row["at_end"] else "")
-            for row in kinks
-        )
-        yield f"Local on either side: {'; '.join(sides)}"
-    if any(row["key"] == WAVELENGTH for row in rows):
-        yield f"{WAVELENGTH} moves only the attenuation: slopes and offsets are held"
-    if facts["chances"] is not None:
-        yield ""
-        yield from _chances(facts["chances"], facts["plan_hover_time_s"])
+def _cells(row: Effect) -> list[str]:
+    """A row as it is shown."""
+    bend = "kink" if row["has_kink"] else "end" if row["at_end"] else ""
+    ends = row["hover_low_s"], row["hover_high_s"]
+    return [
+        row["key"] + "+" * bool(row["along"]),
+        _range(row["now"], row["low"], row["high"]),
+        *map(fixed, ends),
+        _rate(row["elasticity"]),
+        bend or _rate(row["local_elasticity"]),
+    ]
 
 
 def _rate(elasticity: float | None) -> str:
@@ -252,33 +328,24 @@ def _range(now: float, low: float, high: float) -> str:
     return " to ".join(ends)
 
 
-def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[str]:
+def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[Block]:
     how = "as stated" if found.stated else "within 10 %, as nothing was stated"
     count = f"{counted(len(found.uncertain), 'key')} at once, {how}: {found.samples} samples"
-    yield f"{count}, seed {found.seed}"
+    yield Heading(f"{count}, seed {found.seed}")
     quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
     mean = f"mean {found.mean_s:.1f} s"
     if 0.0 < found.no_plan < 1.0:
         flown_s = found.mean_s / (1.0 - found.no_plan)
         mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
-    yield f"Hover      {mean}; quantiles [s] {quantiles}"
     none = {"no plan": found.no_plan} if found.no_plan else {}
-    yield f"Best       {_percent({**found.routes, **none})}"
+    facts = [("Hover", f"{mean}; quantiles [s] {quantiles}")]
+    facts.append(("Best", _percent({**found.routes, **none})))
     if found.kept is not None and found.flyable is not None:
         flies = f"can be flown in {found.flyable:.1%} of the samples"
-        yield f"Fixed plan {plan_hover_s:.2f} s of hover, {flies}; it keeps {_percent(found.kept)}"
+        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_percent(found.kept)}"
+        facts.append(("Fixed plan", words))
+    yield Facts(facts, label_width=11)
 
 
 def _percent(shares: Mapping[str, float]) -> str:
     return ", ".join(f"{name} {share:.1%}" for name, share in shares.items())
-
-
-def _figures(found: Results) -> Pictures:
-    """Yield a tornado of the keys, and how the hover times of the samples are spread."""
-    from optuav.plots.charts import hover_times, tornado
-
-    name, facts = found.mission.name, found.facts
-    yield "tornado.png", tornado(found.rows, facts["hover_time_s"], name)
-    if facts["chances"] is not None:
-        times_s, plan_s = facts["chances"].hover_times_s, facts["plan_hover_time_s"]
-        yield "hover.png", hover_times(times_s, name, fixed_s=plan_s)

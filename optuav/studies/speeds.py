@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,11 @@ from optuav.errors import printable
 from optuav.mission import Mission
 from optuav.options import Perspective
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
+from optuav.presentation.blocks import Block, Heading, Table
 from optuav.solving import formulate, solve
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.speed_search import RULES, RouteSpeeds
-from optuav.studies.results import Pictures, Results, fixed, labelled_rows
+from optuav.studies.results import Comparison, Pictures, fixed
 
 UNITS = {"method": "", "hover_time_s": "s", "brings_s": "s", "speeds_m_s": "m/s", "status": ""}
 GRID = 20_000  # Most points of the grid of speeds
@@ -26,7 +26,63 @@ STEPS = 120  # Speeds of the picture
 SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
 
 
-def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SpeedComparison(Comparison):
+    """The longest hover by how fast the legs are flown, one row per method.
+
+    Parameters
+    ----------
+    by, perspective
+        ``("speed",)``, and how charge is counted.
+    """
+
+    kind = "optuav comparison of speeds"
+    units = UNITS
+    by: tuple[str, ...]
+    perspective: Perspective
+    plan: Plan = field(repr=False)  # With free speeds
+    route: RouteSpeeds | None = field(repr=False)  # Of that plan
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield one line a method."""
+        yield Heading(
+            f"{self.mission.name}: longest hover by speed of the legs, {self.perspective}"
+        )
+        rows = list[list[str]]()
+        for row in self.rows:
+            speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"
+            gain = fixed(row["brings_s"], 3, otherwise="–", sign="+")
+            rows.append([row["method"], fixed(row["hover_time_s"], 3), gain, speeds, row["status"]])
+        yield Table(["speed", "Δ [s]", "gain [s]", "legs [m/s]", "answer"], rows, last=2)
+
+    def pictures(self) -> Pictures:
+        """Yield the hover over one speed of all legs, named speeds, and the best of each leg."""
+        if self.route is None:
+            return
+        from optuav.plots import Line, Mark, curves
+
+        most_m_s = self.route.largest_m_s
+        speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
+        points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
+        hovers_s = self.route.hover_times_s(points, 0.0, self.perspective)
+        flown = np.isfinite(hovers_s)
+        at_best = [speed for leg in self.plan.speeds_m_s for speed in leg]
+        curve: Any = self.mission.flight_model.power_over_speed(0.0)
+        named = {"best endurance": curve.best_endurance[0], "best range": curve.best_range[0]}
+        ax = curves(
+            [
+                Line("all legs at one speed", speeds[flown], hovers_s[flown]),
+                Line("each leg at its best", at_best, [self.plan.hover_time_s] * len(at_best), "o"),
+            ],
+            title=f"Hover over the speed of the legs: {printable(self.mission.name)}",
+            x_label="ground speed $V$ [m/s]",
+            y_label="hover time Δ [s]",
+            marks=[Mark(float(x), f"{words}: {float(x):.1f} m/s") for words, x in named.items()],
+        )
+        yield "speeds.png", ax
+
+
+def compare_speeds(mission: Mission, perspective: Perspective) -> SpeedComparison:
     """Return P1 at named speeds and at free ones, with the answers of CasADi and a grid.
 
     The grid covers all speeds of the legs on the route of the plan with free speeds.
@@ -67,50 +123,14 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
     gains_s = [None if s is None or first_s is None else s - first_s for _, s, _, _ in answers]
     gains_s[0] = None  # The others are compared with it
     rows = (
-        (method, s, gain_s, speeds, status)
+        dict(zip(UNITS, (method, s, gain_s, speeds, status), strict=True))
         for (method, s, speeds, status), gain_s in zip(answers, gains_s, strict=True)
     )
-    facts = {"by": ("speed",), "perspective": perspective}
-    draw = partial(_draw, route=route, plan=plan)
-    table = mission, facts, UNITS, labelled_rows(UNITS, rows)
-    return Results("optuav comparison of speeds", *table, _show, draw)
-
-
-def _show(found: Results) -> Iterator[str]:
-    """Yield one line a method."""
-    perspective = found.facts["perspective"]
-    yield f"{found.mission.name}: longest hover by speed of the legs, {perspective}\n"
-    table = [["speed", "Δ [s]", "gain [s]", "legs [m/s]", "answer"]]
-    for row in found.rows:
-        speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"
-        gain = fixed(row["brings_s"], 3, otherwise="–", sign="+")
-        table.append([row["method"], fixed(row["hover_time_s"], 3), gain, speeds, row["status"]])
-    yield from tabulated(table, 1, 2)
-
-
-def _draw(found: Results, route: RouteSpeeds | None, plan: Plan) -> Pictures:
-    """Hover over one speed of all legs, with the named speeds and the best of each leg."""
-    if route is None:
-        return
-    from optuav.plots import Line, Mark, curves
-
-    perspective = found.facts["perspective"]
-    most_m_s = route.largest_m_s
-    speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
-    points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
-    hovers_s = route.hover_times_s(points, 0.0, perspective)
-    flown = np.isfinite(hovers_s)
-    at_best = [speed for leg in plan.speeds_m_s for speed in leg]
-    curve: Any = found.mission.flight_model.power_over_speed(0.0)
-    named = {"best endurance": curve.best_endurance[0], "best range": curve.best_range[0]}
-    ax = curves(
-        [
-            Line("all legs at one speed", speeds[flown], hovers_s[flown]),
-            Line("each leg at its best", at_best, [plan.hover_time_s] * len(at_best), "o"),
-        ],
-        title=f"Hover over the speed of the legs: {printable(found.mission.name)}",
-        x_label="ground speed $V$ [m/s]",
-        y_label="hover time Δ [s]",
-        marks=[Mark(float(x), f"{words}: {float(x):.1f} m/s") for words, x in named.items()],
+    return SpeedComparison(
+        mission=mission,
+        rows=tuple(rows),
+        by=("speed",),
+        perspective=perspective,
+        plan=plan,
+        route=route,
     )
-    yield "speeds.png", ax

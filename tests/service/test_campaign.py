@@ -96,7 +96,7 @@ def test_cycles_and_fleets(
     if fleet.drones > 1:
         assert (fleet.drones - 1) * fleet.starts_every_s < cycle.period_s
     turn_s = fleet.drones * fleet.starts_every_s
-    fewer = replace(fleet, facts={**fleet.facts, "places": fleet.places - 1})
+    fewer = replace(fleet, places=fleet.places - 1)
     short = fewer.replay(min(4.0, 3.0 * turn_s / 86_400.0))
     assert "place" in {event.kind for event in short.violations}
 

@@ -35,8 +35,8 @@ def test_fleets_last_for_four_days(mission: str, options: Any) -> None:
     on_ground_s = cycle.rest_s if options.get("swap_s") else None
     on_ground_s = on_ground_s or fleet.drones * fleet.starts_every_s - busy_s
     assert (fleet.places - 1) * fleet.starts_every_s < on_ground_s
-    short = {**fleet.facts, "places": fleet.places - 1}
-    kinds = {event.kind for event in replace(fleet, facts=short).replay(2).violations}
+    short = replace(fleet, places=fleet.places - 1)
+    kinds = {event.kind for event in short.replay(2).violations}
     assert kinds == {"place"}
 
 
@@ -51,12 +51,12 @@ def test_parts_and_several_devices_are_covered(share: float) -> None:
 def test_a_ring_that_starts_too_rarely_has_a_gap_and_one_too_tight_runs_dry() -> None:
     """The judge finds both, from the same plans."""
     fleet = optuav.coverage("paper").fleet()
-    rarely = {**fleet.facts, "starts_every_s": fleet.starts_every_s * 1.01}
-    rarely["offsets_s"] = [1.01 * each for each in fleet.offsets_s]
-    kinds = {event.kind for event in replace(fleet, facts=rarely).replay(1).violations}
+    late_s = tuple(1.01 * each for each in fleet.offsets_s)
+    rarely = replace(fleet, starts_every_s=fleet.starts_every_s * 1.01, offsets_s=late_s)
+    kinds = {event.kind for event in rarely.replay(1).violations}
     assert "gap" in kinds
-    fewer = {**fleet.facts, "drones": fleet.drones - 1, "offsets_s": fleet.offsets_s[:-1]}
-    kinds = {event.kind for event in replace(fleet, facts=fewer).replay(1).violations}
+    fewer = replace(fleet, drones=fleet.drones - 1, offsets_s=fleet.offsets_s[:-1])
+    kinds = {event.kind for event in fewer.replay(1).violations}
     assert {"empty", "gap"} & kinds
 
 
@@ -67,8 +67,8 @@ def test_staggered_devices_need_fewer_than_the_published_rule(
     """k = m + ⌈mR⌉ with R = (T + r)/h = 3.39, against m (⌈R⌉ + 1)."""
     cycle = optuav.coverage("matrice350")
     h = cycle.hover_s
-    facts = {**cycle.facts, "rest_s": 3.39 * h - cycle.flight_s, "period_s": 4.39 * h}
-    fleet = replace(cycle, facts=facts).fleet(devices)
+    published_cycle = replace(cycle, rest_s=3.39 * h - cycle.flight_s, period_s=4.39 * h)
+    fleet = published_cycle.fleet(devices)
     assert fleet.drones == drones
     assert devices * (math.ceil(3.39) + 1) == published
     assert fleet.beams == fleet.places + devices
@@ -85,13 +85,13 @@ def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part:
     Places are counted at many moments of the schedule; a bay is free once the pack is exchanged.
     """
     cycle = optuav.coverage("paper")
-    facts = {**cycle.facts, "hover_s": h, "flight_s": T, "rest_s": r, "period_s": h + T + r}
-    fleet = replace(cycle, facts=facts).fleet(share, part * h)
+    cycle = replace(cycle, hover_s=h, flight_s=T, rest_s=r, period_s=h + T + r)
+    fleet = cycle.fleet(share, part * h)
     every_s = (h - part * h) / share
     drones = next(k for k in range(1, 10_000) if k * every_s >= (h + T + r) * (1 - 1e-8))
     assert abs(fleet.drones - drones) <= (abs((h + T + r) / every_s - fleet.drones) < 1e-6)
     assert fleet.starts_every_s == pytest.approx(every_s)
-    swapped = replace(cycle, facts=facts, visit=replace(cycle.visit, swap_s=r))
+    swapped = replace(cycle, visit=replace(cycle.visit, swap_s=r))
     moments_s = np.arange(1, 400) / 401 * every_s
     turn_s = fleet.drones * every_s
     for ring, stay_s in ((fleet, turn_s - h - T), (swapped.fleet(share, part * h), r)):
@@ -108,8 +108,8 @@ def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part:
 def test_beams_by_brute_force(h: float, T: float, r: float, share: float, part: float) -> None:
     """Enough for all drones that hover or are on the ground at once, and never more than drones."""
     cycle = optuav.coverage("paper")
-    facts = {**cycle.facts, "hover_s": h, "flight_s": T, "rest_s": r, "period_s": h + T + r}
-    fleet = replace(cycle, facts=facts).fleet(share, part * h)
+    cycle = replace(cycle, hover_s=h, flight_s=T, rest_s=r, period_s=h + T + r)
+    fleet = cycle.fleet(share, part * h)
     every_s, drones = fleet.starts_every_s, fleet.drones
     begun_s = every_s * np.arange(-3 * drones, drones)[:, None]
     moment_s = every_s * (0.5 + np.arange(500)) / 500
@@ -141,7 +141,7 @@ def test_the_judge_counts_beams_and_overlaps_and_trusts_no_stated_gap(
     """A fleet flies as it says; one that says more is found out."""
     fleet = optuav.coverage("matrice350").fleet(share, overlap_s)
     assert fleet.replay(2).flyable, fleet.replay(2).violations
-    kinds = {event.kind for event in replace(fleet, facts=fleet.facts | wrong).replay(2).violations}
+    kinds = {event.kind for event in replace(fleet, **wrong).replay(2).violations}
     assert kind in kinds
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step
-from optuav.service.return_by import _moments
+from optuav.service.return_by import _time_for
 from tests.examples import few
 
 WIND = {"wind.velocity_m_s": [12.0, 0.0, 0.0]}
@@ -200,7 +200,10 @@ def test_wells_far_from_level_by_many_moments(seed: int) -> None:
     ]
     least_As = rng.choice([0.0, 0.05, 0.3]) * B
     charge = Tilted.of(battery, begin)
-    _, _, earliest_s, latest_s, _, a, b, g_As = _moments(battery, charge, hover_A, way, least_As)
+    row = _time_for("b1", 0.0, battery, charge, hover_A, way, least_As)
+    earliest_s, latest_s, a, b, g_As = (
+        row[name] for name in ("earliest_s", "latest_s", "a", "b", "g_As")
+    )
     until_s = min(4 * B / abs(hover_A) if hover_A else 1e4, 5e5)
     moments_s = np.concatenate([[0.0], np.geomspace(1e-7 * until_s, until_s, 2000)])
     at = step(battery, begin, Stage(-hover_A, moments_s))

@@ -277,7 +277,7 @@ def test_a_plan_that_fresh_samples_break_says_so() -> None:
     """Without a chance the word is the whole box; no such plan is known, so facts are changed."""
     found = optuav.robust("paper", {"drain": {"percent": 5}}, "P3", samples=50)
     assert "Beware" not in str(found)
-    assert "not in the whole box" in str(replace(found, facts={**found.facts, "flyable": 0.98}))
+    assert "not in the whole box" in str(replace(found, flyable=0.98))
 
 
 def test_bad_input(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import pytest
 import optuav
 from formulations.soc import PAPER
 from optuav.errors import InputError
-from optuav.studies.results import Results
+from optuav.studies.results import Comparison
 
 
 def two_buildings(name: str) -> optuav.Mission:
@@ -26,7 +26,7 @@ def two_buildings(name: str) -> optuav.Mission:
 
 
 @pytest.fixture(scope="module")
-def table2() -> Results:
+def table2() -> Comparison:
     """Perspectives by trajectories on `paper-table2`, in slots of 1 s as in the paper."""
     return optuav.compare(two_buildings("paper-table2"), by=BOTH, slots_s=1.0)
 
@@ -34,18 +34,18 @@ def table2() -> Results:
 BOTH = ("perspective", "trajectory")
 
 
-def hovers(found: Results) -> dict[tuple[str, str], float | None]:
+def hovers(found: Comparison) -> dict[tuple[str, str], float | None]:
     return {(row["perspective"], row["trajectory"]): row["hover_time_s"] for row in found.rows}
 
 
-def test_every_pair_in_the_order_of_the_paper_and_then_available(table2: Results) -> None:
+def test_every_pair_in_the_order_of_the_paper_and_then_available(table2: Comparison) -> None:
     pairs = [(row["perspective"], row["trajectory"]) for row in table2.rows]
     perspectives = ("battery", "energy", "adjusted", "available")
     trajectories = ("direct", "traj1", "traj2", "optimal")
     assert pairs == [(p, t) for p in perspectives for t in trajectories]
 
 
-def test_available_alone_never_runs_dry(of_paper: Results) -> None:
+def test_available_alone_never_runs_dry(of_paper: Comparison) -> None:
     """597.27 s that can be flown, where `battery` promises 719.54 s and falls before its end."""
     rows = {row["perspective"]: row for row in of_paper.rows if row["trajectory"] == "optimal"}
     assert rows["available"]["hover_time_s"] == pytest.approx(597.2698, abs=1e-4)
@@ -54,7 +54,7 @@ def test_available_alone_never_runs_dry(of_paper: Results) -> None:
     assert rows["battery"]["runs_dry_s"] is not None
 
 
-def test_direct_flights_are_those_of_table_2(table2: Results) -> None:
+def test_direct_flights_are_those_of_table_2(table2: Comparison) -> None:
     """950, 697 and 950 s at T_max = 1200 s; η1 = 28.3 % belongs to 697 s."""
     found = hovers(table2)
     assert [found[p, "direct"] for p in ("battery", "energy", "adjusted")] == [950.0, 697.0, 950.0]
@@ -70,7 +70,7 @@ def test_at_800_s_the_deadline_ends_two_of_them() -> None:
     assert direct == pytest.approx([740.65, 697.0, 740.65], abs=0.005)
 
 
-def test_every_plan_is_the_one_that_solve_finds(table2: Results) -> None:
+def test_every_plan_is_the_one_that_solve_finds(table2: Comparison) -> None:
     for row in table2.rows[1:-1:4]:
         plan = optuav.solve(
             table2.mission,
@@ -125,10 +125,10 @@ def test_what_cannot_be_varied_is_refused(
         optuav.compare("paper", by=by, perspective=perspective)
 
 
-def test_whether_a_plan_flies_stands_beside_its_name(of_paper: Results) -> None:
+def test_whether_a_plan_flies_stands_beside_its_name(of_paper: Comparison) -> None:
     """A phone shows the first columns of a wide table."""
     heads = re.findall(r"<th[^>]*>([^<]*)", of_paper._repr_html_())
-    assert heads[:3] == ["perspective", "trajectory", "flyable"]
+    assert heads[:3] == ["perspective", "trajectory", "flies"]
     assert str(of_paper).splitlines()[2].split()[:3] == ["perspective", "trajectory", "flies"]
 
 
@@ -141,7 +141,7 @@ def test_where_there_is_no_plan_the_table_says_why() -> None:
     assert found.records()[0]["soc_battery"] is None
 
 
-def test_data_are_plain_and_the_same_again(table2: Results) -> None:
+def test_data_are_plain_and_the_same_again(table2: Comparison) -> None:
     data = table2.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert (
@@ -153,7 +153,7 @@ def test_data_are_plain_and_the_same_again(table2: Results) -> None:
     assert rows[1]["route"] == "origin > b9 > hover > destination"
 
 
-def test_a_frame_has_a_row_a_plan(table2: Results) -> None:
+def test_a_frame_has_a_row_a_plan(table2: Comparison) -> None:
     pytest.importorskip("pandas")
     frame = table2.to_frame()
     assert frame.pivot(index="perspective", columns="trajectory", values="hover_time_s").shape == (
@@ -161,7 +161,7 @@ def test_a_frame_has_a_row_a_plan(table2: Results) -> None:
     )
 
 
-def test_printed_it_fits_80_columns(table2: Results) -> None:
+def test_printed_it_fits_80_columns(table2: Comparison) -> None:
     lines = str(table2).splitlines()
     assert max(map(len, lines)) <= 80
     assert lines[0] == "paper-table2: longest hover by perspective and trajectory, slots of 1 s"
@@ -172,18 +172,18 @@ def test_printed_it_fits_80_columns(table2: Results) -> None:
 
 
 @pytest.fixture(scope="module")
-def of_paper() -> Results:
+def of_paper() -> Comparison:
     """Perspectives by trajectories on `paper`, in continuous times."""
     return optuav.compare("paper", by=BOTH)
 
 
-def flies_in(found: Results) -> list[str]:
+def flies_in(found: Comparison) -> list[str]:
     """The first column after the labels."""
     head, *lines = str(found).splitlines()[2 : 3 + len(found.rows)]
     return [line[head.index("flies") :].partition("  ")[0] for line in lines]
 
 
-def test_the_text_shows_what_can_be_flown_and_how_each_is_known(of_paper: Results) -> None:
+def test_the_text_shows_what_can_be_flown_and_how_each_is_known(of_paper: Comparison) -> None:
     """What comes first: resting first charges past full long before `battery` runs dry."""
     flies = flies_in(of_paper)
     overfull = ["full 364 s", "full 157 s", "full 157 s"]
@@ -228,7 +228,7 @@ def test_too_little_charge_at_the_end_is_shown() -> None:
     ],
 )
 def test_what_keeps_a_plan_from_flying_is_shown(
-    of_paper: Results, changed: dict[str, Any], words: str
+    of_paper: Comparison, changed: dict[str, Any], words: str
 ) -> None:
     """The earlier of two moments; charge is low where an audit misses some, not by rounding."""
     rows = of_paper.rows[12:]
@@ -258,14 +258,14 @@ def test_long_names_of_roofs_give_way_to_every_figure() -> None:
 
 
 @pytest.fixture(scope="module")
-def schedules() -> Results:
+def schedules() -> Comparison:
     """`paper` in slots of 40 s."""
     return optuav.compare(
         two_buildings("paper"), by="schedule", slots_s=40.0, periods_s=(30.0, 90.0)
     )
 
 
-def test_one_row_a_schedule_and_a_period(schedules: Results) -> None:
+def test_one_row_a_schedule_and_a_period(schedules: Comparison) -> None:
     assert [(row["schedule"], row["period_s"]) for row in schedules.records()] == [
         ("pooled", None),
         ("sequential", None),
@@ -276,7 +276,7 @@ def test_one_row_a_schedule_and_a_period(schedules: Results) -> None:
     ]
 
 
-def test_what_a_schedule_brings_is_counted_from_pooled_packs(schedules: Results) -> None:
+def test_what_a_schedule_brings_is_counted_from_pooled_packs(schedules: Comparison) -> None:
     pooled = optuav.solve(schedules.mission, perspective="available", slot_s=40.0)
     assert schedules.rows[0]["hover_time_s"] == pooled.hover_time_s
     for row in schedules.records():
@@ -284,7 +284,7 @@ def test_what_a_schedule_brings_is_counted_from_pooled_packs(schedules: Results)
     assert schedules.records()[1]["brings_s"] < 0.0
 
 
-def test_text_and_files_hold_the_same_figures(schedules: Results) -> None:
+def test_text_and_files_hold_the_same_figures(schedules: Comparison) -> None:
     rows = list(csv.DictReader(io.StringIO(schedules.to_csv())))
     hovers_s = [row["hover_time_s"] for row in schedules.rows]
     assert [float(row["hover_time_s"]) for row in rows] == hovers_s
@@ -321,12 +321,12 @@ def small(**values: Any) -> optuav.Mission:
 
 
 @pytest.fixture(scope="module")
-def by_method() -> Results:
+def by_method() -> Comparison:
     """`paper` with one building, by the grid."""
     return optuav.compare(small(), slots_s=SLOTS_S, engines=("grid",), perspective="battery")
 
 
-def test_files_of_a_comparison(by_method: Results, tmp_path: Path) -> None:
+def test_files_of_a_comparison(by_method: Comparison, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     written = by_method.save_pictures(tmp_path / "new")
     assert [path.name for path in written] == ["gaps.png"]
@@ -341,13 +341,13 @@ def test_without_slots_or_plans_there_is_nothing_to_draw(tmp_path: Path) -> None
     assert late.save_pictures(tmp_path) == []
 
 
-def test_files_of_plans(of_paper: Results, tmp_path: Path) -> None:
+def test_files_of_plans(of_paper: Comparison, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     written = of_paper.save_pictures(tmp_path)
     assert [path.name for path in written] == ["choices.png"]
 
 
-def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results) -> None:
+def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Comparison) -> None:
     """Of all buildings the largest, and of P3 what rounding down to whole slots takes."""
     pytest.importorskip("matplotlib")
     from matplotlib.colors import to_rgba
@@ -371,7 +371,7 @@ def test_batteries_that_not_all_engines_take_are_refused_with_all_their_settings
     keys = [fault.key for fault in refusal.value.faults]
     assert keys == ["battery.schedule", "battery.charging"]
     found = optuav.compare(mission, slots_s=[60.0], engines=["grid"], perspective="battery")
-    assert found.facts["agrees"]
+    assert found.agrees
 
 
 def test_an_engine_that_is_not_compared_is_refused() -> None:

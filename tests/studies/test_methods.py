@@ -22,7 +22,8 @@ from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
-from optuav.studies.results import Results, Row
+from optuav.studies.methods import MethodComparison
+from optuav.studies.results import Row
 
 SLOTS_S = (1.0, 60.0)
 in_battery = partial(optuav.compare, perspective="battery")
@@ -48,23 +49,23 @@ def name(row: Row) -> str:
     return " ".join(row[part] for part in ("problem", "building", "order") if row[part])
 
 
-def names(found: Results) -> list[str]:
+def names(found: MethodComparison) -> list[str]:
     return list(dict.fromkeys(map(name, found.rows)))
 
 
-def cell(found: Results, problem: str, method: str) -> Row:
+def cell(found: MethodComparison, problem: str, method: str) -> Row:
     """The only row of a problem and a method by their names."""
     (only,) = [row for row in found.rows if (name(row), row["method"]) == (problem, method)]
     return only
 
 
 @pytest.fixture(scope="module")
-def paper() -> Results:
+def paper() -> MethodComparison:
     """The mission `paper` with two buildings, by every method."""
     return in_battery(two_buildings(), slots_s=SLOTS_S)
 
 
-def test_rows_and_columns(paper: Results) -> None:
+def test_rows_and_columns(paper: MethodComparison) -> None:
     assert names(paper) == [
         "P3",
         "P4 b1 rest-first",
@@ -86,9 +87,9 @@ def test_rows_and_columns(paper: Results) -> None:
     assert len(paper.rows) == len(names(paper)) * len(methods)
 
 
-def test_everything_agrees_on_the_paper(paper: Results) -> None:
-    assert paper.facts["agrees"]
-    assert paper.facts["disagreements"] == paper.facts["failures"] == ()
+def test_everything_agrees_on_the_paper(paper: MethodComparison) -> None:
+    assert paper.agrees
+    assert paper.disagreements == paper.failures == ()
     assert all(row["agrees"] for row in paper.rows)
 
 
@@ -97,7 +98,7 @@ def test_everything_agrees_on_the_paper(paper: Results) -> None:
     [("P3", 688.848), ("P4 b1 rest-first", 719.5399), ("P1", 719.5399)],
 )
 def test_continuous_methods_find_the_check_numbers_of_the_specification(
-    paper: Results, row: str, hover_time_s: float
+    paper: MethodComparison, row: str, hover_time_s: float
 ) -> None:
     for method in ("closed form", "LP", "CasADi wells"):
         found = cell(paper, row, method)
@@ -108,7 +109,9 @@ def test_continuous_methods_find_the_check_numbers_of_the_specification(
 
 @pytest.mark.parametrize("order", ["rest-first", "hover-first"])
 @pytest.mark.parametrize("method", ["grid 60 s", "MILP 60 s"])
-def test_slots_are_those_of_algorithm_1_as_printed(paper: Results, order: str, method: str) -> None:
+def test_slots_are_those_of_algorithm_1_as_printed(
+    paper: MethodComparison, order: str, method: str
+) -> None:
     """Its two loops over Δ and T', with the charge counted from the phases of a plan."""
     plan = optuav.solve(two_buildings(), optuav.P4("b9", order=order), perspective="battery")
     drawn_As = sum(-p.current_A * p.duration_s for p in plan.phases if p.kind == "flight")
@@ -125,14 +128,14 @@ def test_slots_are_those_of_algorithm_1_as_printed(paper: Results, order: str, m
     assert found["gap_s"] == pytest.approx(plan.hover_time_s - pair[0])
 
 
-def test_the_relaxation_of_the_choice_of_a_route_is_printed(paper: Results) -> None:
+def test_the_relaxation_of_the_choice_of_a_route_is_printed(paper: MethodComparison) -> None:
     """The convex hull leaves nothing over SPEC's 719.540 s, in slots neither."""
     bounds = [row["relaxation_s"] for row in paper.rows if row["relaxation_s"] is not None]
     assert bounds == pytest.approx([719.540] * (1 + len(SLOTS_S)), abs=1e-3)
     assert "its LP relaxation bounds Δ by 719.540 s\n" in str(paper)
 
 
-def test_bounds_are_one_slot_or_two(paper: Results) -> None:
+def test_bounds_are_one_slot_or_two(paper: MethodComparison) -> None:
     assert cell(paper, "P3", "grid 60 s")["largest_gap_s"] == 60.0
     found = cell(paper, "P4 b1 rest-first", "grid 60 s")
     assert found["largest_gap_s"] == 120.0
@@ -146,7 +149,7 @@ def test_bounds_are_one_slot_or_two(paper: Results) -> None:
     assert cell(compared, "P4 b1 hover-first", "grid 10 s")["largest_gap_s"] == 20.0
 
 
-def test_p1_is_the_best_row_in_every_column(paper: Results) -> None:
+def test_p1_is_the_best_row_in_every_column(paper: MethodComparison) -> None:
     for method in dict.fromkeys(row["method"] for row in paper.rows):
         own = [row for row in paper.rows if row["method"] == method]
         column = {name(row): row["hover_time_s"] for row in own}
@@ -154,7 +157,7 @@ def test_p1_is_the_best_row_in_every_column(paper: Results) -> None:
         assert best == pytest.approx(max(each or 0.0 for each in column.values()), abs=1e-6)
 
 
-def test_each_cell_says_how_it_knows(paper: Results) -> None:
+def test_each_cell_says_how_it_knows(paper: MethodComparison) -> None:
     proofs = {row["engine"]: row["proof"] for row in paper.rows}
     assert proofs["grid"] == "exhaustive"
     assert proofs["casadi"].startswith("local")
@@ -168,7 +171,7 @@ def test_each_cell_says_how_it_knows(paper: Results) -> None:
 def test_the_other_linear_perspectives(perspective: str) -> None:
     """CasADi takes their own statement; no wells are behind them."""
     found = in_battery(one_building("paper-table2"), slots_s=(5.0,), perspective=perspective)
-    assert found.facts["agrees"]
+    assert found.agrees
     methods = list(dict.fromkeys(row["method"] for row in found.rows))
     assert methods == ["closed form", "LP", "CasADi", "grid 5 s", "MILP 5 s"]
     slots = cell(found, "P3", "grid 5 s")["hover_time_s"]
@@ -178,8 +181,8 @@ def test_the_other_linear_perspectives(perspective: str) -> None:
 def test_plans_that_can_be_flown_are_compared_by_default() -> None:
     """Through both wells: SPEC's 597.270 s, and of slots no bound, as nothing there is linear."""
     found = optuav.compare(two_buildings(), slots_s=(1.0,))
-    assert found.facts["perspective"] == "available"
-    assert found.facts["agrees"]
+    assert found.perspective == "available"
+    assert found.agrees
     methods = list(dict.fromkeys(row["method"] for row in found.rows))
     assert methods == ["bracket", "CasADi", "grid 1 s"]
     for method in methods[:2]:
@@ -199,7 +202,7 @@ def test_no_bound_is_claimed_where_resting_discharges() -> None:
         laser=None,
     )
     found = in_battery(mission, slots_s=(10.0,), engines=("grid", "cvxpy"))
-    assert found.facts["agrees"]
+    assert found.agrees
     in_slots = cell(found, "P4 b1 rest-first", "grid 10 s")
     assert in_slots["largest_gap_s"] is None
     assert "no bound: a longer rest can break P4.a state of charge" in in_slots["words"]
@@ -211,7 +214,7 @@ def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
     """100 s are left of the deadline: less than a slot of hover and one of rest."""
     mission = one_building(limits__deadline_s=188.3)
     found = in_battery(mission, slots_s=(60.0,), engines=("grid", "cvxpy"))
-    assert found.facts["agrees"]
+    assert found.agrees
     lost = cell(found, "P4 b1 rest-first", "grid 60 s")
     assert lost["status"] == "infeasible"
     assert lost["hover_time_s"] is lost["gap_s"] is None
@@ -223,26 +226,26 @@ def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
 
 def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
     found = in_battery(one_building(limits__deadline_s=60), slots_s=(10.0,))
-    assert found.facts["agrees"]
+    assert found.agrees
     assert all(row["hover_time_s"] is None for row in found.rows)
     assert {row["status"] for row in found.rows} == {"infeasible"}
-    assert "the flight takes 75.79 s" in found.facts["reasons"]["P1"][0]
+    assert "the flight takes 75.79 s" in found.reasons["P1"][0]
     assert "the flight takes 75.79 s" in str(found)
 
 
 def test_of_what_cannot_fly_everything_agrees_that_there_is_no_plan() -> None:
     found = in_battery(one_building(body__mass_kg=50), slots_s=(10.0,))
     assert all(row["hover_time_s"] is None for row in found.rows)
-    assert found.facts["agrees"]
+    assert found.agrees
     assert {row["status"] for row in found.rows} == {"infeasible"}
-    assert all(found.facts["reasons"].values())
+    assert all(found.reasons.values())
     assert "No problem has a plan: the UAV cannot fly" in str(found)
 
 
 def test_a_mission_without_buildings_has_two_rows() -> None:
     found = in_battery(optuav.load("paper").replace({"buildings": []}), slots_s=(10.0,))
     assert names(found) == ["P3", "P1"]
-    assert found.facts["agrees"]
+    assert found.agrees
 
 
 # Sabotage
@@ -266,8 +269,8 @@ def p3_alone() -> optuav.Mission:
 def test_an_engine_that_is_a_millisecond_off_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Cvxpy, "solve", later(Cvxpy.solve, -1e-3))
     found = in_battery(p3_alone(), slots_s=(), engines=("cvxpy",))
-    assert not found.facts["agrees"]
-    assert found.facts["disagreements"][0] == "P3, LP: 0.001 s from the closed form"
+    assert not found.agrees
+    assert found.disagreements[0] == "P3, LP: 0.001 s from the closed form"
     assert "DISAGREE  P3, LP: 0.001 s from the closed form" in str(found)
     assert "All" not in str(found)
     assert found.to_dict()["agrees"] is False
@@ -276,7 +279,7 @@ def test_an_engine_that_is_a_millisecond_off_is_found_out(monkeypatch: pytest.Mo
 def test_a_local_optimum_below_the_bracket_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Casadi, "solve", later(Casadi.solve, -1e-3))
     found = optuav.compare(p3_alone(), slots_s=(), engines=("casadi",))
-    assert found.facts["disagreements"][0] == "P3, CasADi: 0.001 s from the bracket"
+    assert found.disagreements[0] == "P3, CasADi: 0.001 s from the bracket"
 
 
 @pytest.mark.parametrize(("by_s", "agrees"), [(-9.0, True), (-11.0, True), (-20.0, False)])
@@ -288,14 +291,14 @@ def test_a_grid_beyond_the_bound_is_found_out(
     found = in_battery(p3_alone(), slots_s=(20.0,), engines=("grid",))
     assert cell(found, "P3", "grid 20 s")["gap_s"] == pytest.approx(8.848 - by_s, abs=1e-3)
     assert cell(found, "P3", "grid 20 s")["largest_gap_s"] == 20.0
-    assert found.facts["agrees"] is agrees
+    assert found.agrees is agrees
 
 
 def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Solution, "verify", lambda *_: None)
     monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, 10.0)))
     found = in_battery(p3_alone(), slots_s=(10.0,), engines=("grid",))
-    assert not found.facts["agrees"]
+    assert not found.agrees
     assert cell(found, "P3", "grid 10 s")["gap_s"] == pytest.approx(-1.152, abs=1e-3)
     assert "-1.15!" in str(found)
 
@@ -306,7 +309,7 @@ def test_an_integer_programme_that_is_not_the_grid_is_found_out(
     """Even where both are within the bound."""
     monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, -1.0)))
     found = in_battery(p3_alone(), slots_s=(10.0,), engines=("grid", "cvxpy"))
-    assert found.facts["disagreements"][0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
+    assert found.disagreements[0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
 
 
 def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -317,9 +320,7 @@ def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(Casadi, "solve", nothing)
     found = in_battery(p3_alone(), slots_s=(), engines=("casadi",))
-    assert (
-        found.facts["disagreements"][0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
-    )
+    assert found.disagreements[0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
 
 
 def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -328,8 +329,8 @@ def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(Casadi, "solve", fails)
     found = in_battery(p3_alone(), slots_s=(10.0,), engines=("casadi", "grid"))
-    assert found.facts["agrees"]
-    assert found.facts["failures"] == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")
+    assert found.agrees
+    assert found.failures == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")
     broken = cell(found, "P3", "CasADi wells")
     assert (broken["status"], broken["agrees"], broken["hover_time_s"]) == ("error", None, None)
     assert "FAILED  P3, CasADi wells: it broke" in str(found)
@@ -338,7 +339,7 @@ def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch
 def test_a_time_limit_is_handed_to_the_engines() -> None:
     found = in_battery(p3_alone(), slots_s=(1.0,), engines=("grid",), time_limit_s=1e-9)
     failure = "P3, grid 1 s: grid saw 0 of 689 cells within the time limit"
-    assert found.facts["failures"][0] == failure
+    assert found.failures[0] == failure
 
 
 # As data and as text
@@ -352,7 +353,7 @@ def test_the_same_question_gives_the_same_data() -> None:
     assert again.to_csv() == once.to_csv()
 
 
-def test_times_taken_are_shown_only_on_request(paper: Results) -> None:
+def test_times_taken_are_shown_only_on_request(paper: MethodComparison) -> None:
     assert "time_s" not in paper.to_dict()["rows"][0]
     assert "time_s" not in paper.records()[0]
     timed = in_battery(p3_alone(), slots_s=(), engines=(), times=True)
@@ -361,7 +362,7 @@ def test_times_taken_are_shown_only_on_request(paper: Results) -> None:
     assert timed.units["time_s"] == "s"
 
 
-def test_data_are_plain(paper: Results) -> None:
+def test_data_are_plain(paper: MethodComparison) -> None:
     data = paper.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["kind"] == "optuav comparison"
@@ -371,7 +372,7 @@ def test_data_are_plain(paper: Results) -> None:
     assert data["units"]["gap_s"] == "s"
 
 
-def test_a_frame_has_a_row_a_cell(paper: Results) -> None:
+def test_a_frame_has_a_row_a_cell(paper: MethodComparison) -> None:
     pytest.importorskip("pandas")
     frame = paper.to_frame()
     assert len(frame) == len(paper.rows) == 42
@@ -379,7 +380,7 @@ def test_a_frame_has_a_row_a_cell(paper: Results) -> None:
     assert (p3.hover_time_s, p3.slot_s, bool(p3.agrees)) == (688.0, 1.0, True)
 
 
-def test_comma_separated_values_are_read_back(paper: Results) -> None:
+def test_comma_separated_values_are_read_back(paper: MethodComparison) -> None:
     rows = list(csv.DictReader(io.StringIO(paper.to_csv())))
     assert len(rows) == 42
     assert [float(row["hover_time_s"]) for row in rows] == [
@@ -388,7 +389,7 @@ def test_comma_separated_values_are_read_back(paper: Results) -> None:
     assert rows[0]["building"] == ""
 
 
-def test_printed_it_fits_80_columns(paper: Results) -> None:
+def test_printed_it_fits_80_columns(paper: MethodComparison) -> None:
     lines = str(paper).splitlines()
     assert max(map(len, lines)) <= 80
     assert lines == [line.rstrip() for line in lines]
@@ -461,4 +462,4 @@ def test_progress_counts_every_problem() -> None:
     )
     assert calls == [(0, 2, "P1"), (1, 2, "P3")]
     assert [row["problem"] for row in found.rows] == ["P3", "P3", "P1", "P1"]
-    assert [*found.facts["reasons"]] == ["P3", "P1"]
+    assert [*found.reasons] == ["P3", "P1"]

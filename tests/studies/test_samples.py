@@ -231,7 +231,7 @@ def test_a_hover_point_and_a_rate_per_minute_may_be_uncertain() -> None:
     found = optuav.sensitivity("paper", box, perspective="battery", samples=4)
     moved = optuav.load("paper").replace({"route.hover_m": [1000, 2600, 60]})
     alone_s = optuav.solve(moved, perspective="battery").hover_time_s
-    assert found.facts["hover_time_s"] == pytest.approx(alone_s, rel=1e-9)
+    assert found.hover_time_s == pytest.approx(alone_s, rel=1e-9)
     minutes = optuav.samples("paper", {"battery.flow_rate_per_min": {"low": 30, "high": 60}}, 64)
     (rates_per_s,) = minutes.values()
     assert [*minutes] == ["battery.flow_rate_per_s"]

@@ -18,33 +18,33 @@ from optuav.mission.keys import stated_keys
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.studies import scenarios as machine
-from optuav.studies.results import Results, Row
 from optuav.studies.samples import Draws, independent, spreads, unstated
+from optuav.studies.sensitivity import Effect, Sensitivity
 from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
 
 
 @functools.cache
-def of(name: str, perspective: str = "available") -> Results:
+def of(name: str, perspective: str = "available") -> Sensitivity:
     """Effects of the keys of a shipped mission, without samples."""
     return optuav.sensitivity(name, {}, perspective=perspective)
 
 
-def effect(found: Results, key: str) -> Row:
+def effect(found: Sensitivity, key: str) -> Effect:
     return next(row for row in found.rows if row["key"] == key)
 
 
-def chances_of(found: Results) -> Chances:
-    assert isinstance(found.facts["chances"], Chances)
-    return found.facts["chances"]
+def chances_of(found: Sensitivity) -> Chances:
+    assert isinstance(found.chances, Chances)
+    return found.chances
 
 
 def test_the_perspective_is_available_by_default() -> None:
     """As everywhere: the hover time is that of `solve` without a perspective."""
     found = of("paper")
-    assert found.facts["perspective"] == "available"
-    assert found.facts["hover_time_s"] == pytest.approx(optuav.solve("paper").hover_time_s)
+    assert found.perspective == "available"
+    assert found.hover_time_s == pytest.approx(optuav.solve("paper").hover_time_s)
 
 
 def test_a_note_says_that_a_wavelength_holds_the_slopes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,7 +171,7 @@ def test_quantiles_of_a_single_uniform_key_by_hand() -> None:
     )
     stated = {"battery": {"capacity_As": {"percent": 10}}}
     found = optuav.sensitivity(mission, stated, perspective="battery", samples=8_000)
-    hover_s, swing_s = found.facts["hover_time_s"], 0.1 * 0.95 * 72000 / 72.073
+    hover_s, swing_s = found.hover_time_s, 0.1 * 0.95 * 72000 / 72.073
     for share, value_s in chances_of(found).quantiles_s.items():
         assert value_s == pytest.approx(hover_s + (2 * share - 1) * swing_s, abs=0.02 * swing_s)
     assert chances_of(found).routes == {"direct": 1.0}
@@ -195,8 +195,8 @@ def test_without_a_statement_all_that_is_measured_is_uncertain() -> None:
 def test_without_a_plan_the_text_says_so() -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
     found = optuav.sensitivity(mission, {"limits": {"min_soc": {"percent": 10}}}, samples=50)
-    assert found.facts["hover_time_s"] == 0.0
-    assert found.facts["plan_hover_time_s"] is None
+    assert found.hover_time_s == 0.0
+    assert found.plan_hover_time_s is None
     assert chances_of(found).no_plan == 1.0
     assert chances_of(found).flyable is None
     assert "no plan 100.0%" in str(found)
@@ -349,7 +349,7 @@ def test_data_can_be_written_and_tables_fit_a_screen() -> None:
 
 
 @pytest.fixture(scope="module")
-def direct() -> Results:
+def direct() -> Sensitivity:
     """`paper-table2` with time to spare and no laser: hovers until the charge is used."""
     mission = optuav.load("paper-table2").replace(
         {
@@ -387,11 +387,11 @@ def test_exact_elasticities_of_a_battery_that_must_not_run_dry(name: str, key: s
     assert now["local_elasticity"] == pytest.approx(1e3 * measured, rel=1e-3)
 
 
-def test_elasticities_of_a_direct_flight_by_hand(direct: Results) -> None:
+def test_elasticities_of_a_direct_flight_by_hand(direct: Sensitivity) -> None:
     """Δ = ((1 − η0) B − I_fl T_fl)/I_hv, with B = 72 000 As and the recovered loads."""
     usable_As, flight_As, hover_A = 0.95 * 72000, 93.658 * 59.35, 72.073
     hover_s = (usable_As - flight_As) / hover_A
-    assert direct.facts["hover_time_s"] == pytest.approx(hover_s, rel=1e-4)
+    assert direct.hover_time_s == pytest.approx(hover_s, rel=1e-4)
     size = effect(direct, "battery.capacity_As")
     assert size["local_elasticity"] == pytest.approx(usable_As / (hover_A * hover_s), rel=1e-4)
     assert size["elasticity"] == pytest.approx(size["local_elasticity"], rel=1e-9)
@@ -402,7 +402,7 @@ def test_elasticities_of_a_direct_flight_by_hand(direct: Results) -> None:
     assert effect(direct, "limits.deadline_s")["local_elasticity"] == 0.0
 
 
-def test_measured_and_exact_agree_where_nothing_bends(direct: Results) -> None:
+def test_measured_and_exact_agree_where_nothing_bends(direct: Sensitivity) -> None:
     """Within a tenth of the value, to a fifth of the elasticity at worst; most far closer."""
     for each in direct.rows:
         measured, exact = each["elasticity"], each["local_elasticity"]
@@ -495,7 +495,7 @@ def test_without_a_tie_both_sides_are_the_same(
         ).hover_time_s
         for step in (-0.5, 0.5)
     ]
-    rate = (hover_s[1] - hover_s[0]) * device_m[0] / found.facts["hover_time_s"]
+    rate = (hover_s[1] - hover_s[0]) * device_m[0] / found.hover_time_s
     assert each["local_elasticity"] == pytest.approx(rate, rel=1e-3, abs=1e-6)
 
 
@@ -526,20 +526,18 @@ def test_gravity_varies_only_where_it_is_stated() -> None:
     """It is known; and ten keys are shown, of all that are written to files."""
     found = of("paper")
     assert "body.gravity_m_s2" not in {row["key"] for row in found.rows}
-    assert (
-        "body.gravity_m_s2" not in optuav.sensitivity("paper", samples=1).facts["chances"].uncertain
-    )
+    assert "body.gravity_m_s2" not in optuav.sensitivity("paper", samples=1).chances.uncertain
     assert f"and {len(found.rows) - 10} more with smaller effects" in str(found)
     stated = {"body": {"gravity_m_s2": {"percent": 1}}}
     found = optuav.sensitivity("paper", stated, samples=10)
-    assert found.facts["chances"].uncertain == ("body.gravity_m_s2",)
+    assert found.chances.uncertain == ("body.gravity_m_s2",)
 
 
 def test_the_mean_says_that_a_sample_without_a_plan_counts_as_none() -> None:
     """Both means: of all samples, and of those with a plan."""
     spread = {"limits": {"deadline_s": {"low": 40, "high": 200}}}
     found = optuav.sensitivity("paper", spread, samples=200)
-    times_s = found.facts["chances"].hover_times_s
+    times_s = found.chances.hover_times_s
     flown = times_s[times_s > 0.0]
     assert 20 < len(flown) < 200
     words = f"mean {times_s.mean():.1f} s with 0 s for no plan, {flown.mean():.1f} s where there"
@@ -562,7 +560,7 @@ def test_a_key_that_the_mission_does_not_state_needs_a_range() -> None:
     swept = optuav.batch_arrays(
         "paper", {"laser.visibility_km": [10.0, 15.0, 20.0]}, perspective="battery"
     )["hover_time_s"]
-    ours = row["hover_low_s"], found.facts["hover_time_s"], row["hover_high_s"]
+    ours = row["hover_low_s"], found.hover_time_s, row["hover_high_s"]
     assert ours == pytest.approx(swept.tolist(), rel=1e-9)
     assert row["now"] == 15.0
     likely = {"laser.visibility_km": {"low": 10.0, "likely": 12.0, "high": 20.0}}

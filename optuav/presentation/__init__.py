@@ -1,0 +1,1 @@
+"""What a reader sees: blocks, written as text and as HTML."""
