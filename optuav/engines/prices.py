@@ -35,8 +35,8 @@ MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row counts as met, in exact and in other answers."""
 NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
 SAME = 1e-9
-ROUNDED = 1e-14  # Share of a vertex's largest unknown below which another is 0, but for rounding
 """Difference of equal values of the objective as a share of them, and of terms that cancel."""
+ROUNDED = 1e-14  # Share of a vertex's largest unknown below which another is 0, but for rounding
 MOST_ROWS = 14  # Rows that hold with equality, before their combinations are too many to enumerate
 BESIDE = 1e-150  # Distance from 0, and from its kinks, where functions have a slope
 APART_S = 1e-3  # Least distance of points that are not one but for the accuracy of an engine
