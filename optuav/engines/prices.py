@@ -36,6 +36,7 @@ MET, NEARLY_MET = 1e-8, 1e-6
 NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
 SAME = 1e-9
 """Difference of equal values of the objective as a share of them, and of terms that cancel."""
+ROUNDED = 1e-14  # Share of a vertex's largest unknown below which another is 0, but for rounding
 MOST_ROWS = 14  # Rows that hold with equality, before their combinations are too many to enumerate
 BESIDE = 1e-150  # Distance from 0, and from its kinks, where functions have a slope
 APART_S = 1e-3  # Least distance of points that are not one but for the accuracy of an engine
@@ -157,6 +158,7 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
         if np.linalg.matrix_rank(unit) < len(x):
             continue
         vertex = np.asarray(np.linalg.solve(unit, b[rows] / lengths), dtype=float)
+        vertex[np.abs(vertex) <= ROUNDED * np.abs(vertex).max(initial=0.0)] = 0.0
         if (a @ vertex - b > size).any() or abs(c @ vertex - best) > close:
             continue
         if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
