@@ -12,7 +12,7 @@ from optuav.diagnosis.sentences import verdict
 from optuav.network import vehicle
 from optuav.network.timeline import simulated
 from optuav.paper.figures import grounded
-from optuav.plan.plan import CANNOT
+from optuav.plan.data import CANNOT
 from optuav.service.fleet import lasting
 
 RELAY = optuav.load("relay-today")
