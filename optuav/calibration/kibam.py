@@ -204,10 +204,10 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
     wells = _wells(discharges, SCATTER if few else None, miss, never_longer=never_longer)
     estimated, lag, edge = wells.estimate, wells.lag, wells.edge
     data = f"{count} discharges of one full pack"
-    fitted = estimated.stated(f"fitted to {count} discharges of one pack", always=lag.determined)
+    fitted = [*estimated.stated(f"fitted to {count} discharges of one pack", always=lag.determined)]
     if wells.settled:
         origin = f"lag {lag.value:.3g} s; settling {SETTLING_S:g} s assumed"
-        fitted = (fitted[0], *(replace(value, origin=origin) for value in fitted[1:]))
+        fitted[1:] = (replace(value, origin=origin) for value in fitted[1:])
     warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
     if lag.determined and (estimated.undetermined or estimated.unsure or wells.settled):
         ends = " – ".join(f"{end:.3g}" for end in lag.interval or ())
@@ -236,8 +236,8 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
         words = f"never longer than measured, less {MARGIN:.0%}".replace("%", " %")
         data, capacity, edge = f"{data}, {words}", fitted[0], ()
         origin = f"{capacity.origin}, {words}"
-        scaled = replace(capacity, value=capacity.value * factor, origin=origin, interval=None)
-        fitted = (scaled, *fitted[1:])
+        size_As = capacity.value * factor
+        fitted[0] = replace(capacity, value=size_As, origin=origin, interval=None)
     warnings += doubts
     pause = "is stated to end in a pause, where a battery cannot run dry: its lifetime may be wrong"
     idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
@@ -313,7 +313,7 @@ class SumOfSquares:
         """
         beside = np.pad(self._least, 1, constant_values=np.inf)
         lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - fit.TIE) > self._least + ROUNDED
-        lower[[0, np.argmin(self._least), -1]] = True
+        lower[[0, int(np.argmin(self._least)), -1]] = True
         minima = self._rates[lower]
         ends = (np.clip(minima + by * self._step, *self._ends) for by in (-1, 1))
         rates, _ = _least(lambda x: self.valley(x.ravel())[1].reshape(x.shape), *ends)
