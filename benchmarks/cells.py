@@ -33,7 +33,7 @@ from optuav.physics.packs import lifetime
 from optuav.plan import Plan
 
 FILE = Path(__file__).with_name("cells.json")
-SEED, MISSIONS = 1, 50
+SEED, MISSIONS = 1, 100
 PACK_A = 10.0  # Current of 1 C
 PACK_As = 3600.0 * PACK_A
 RATES_C = (0.2, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)  # Data sheets state a charge at the first.
@@ -42,8 +42,7 @@ PULSES = ((1.0, 60.0, 60.0), (0.5, 120.0, 60.0), (0.75, 60.0, 120.0))
 STAGE_S, ROUNDS = 3600.0, 200  # Pieces of a constant load, and more pieces than any cell carries
 NO_CEILING_V = 1e6
 ONE_WELL = (0.999999, 1e3)  # ω and k_F [1/s] with which all charge is available at any time
-SAME_S = 0.05  # Largest difference of a cell's longest hover from the one found
-SHIPPED_C = 5.0  # Rates of the shipped missions
+SAME_S, SHIPPED_C = 0.05, 5.0  # Width of the last bracket; rates of the shipped missions
 
 Load = Sequence[tuple[float, float]]
 """Currents [A], positive while discharging, or rates [C], and how long each flows [s]."""
@@ -74,7 +73,7 @@ SETS: Mapping[str, Kind] = {
 
 
 class Flight(NamedTuple):
-    """When a flight on a cell ends [s], whether the cell falls there, its highest voltage [V]."""
+    """When a flight ends [s], whether the cell falls there, its highest voltage charging [V]."""
 
     end_s: float
     falls: bool
@@ -220,9 +219,10 @@ def lifetimes(name: str) -> list[tuple[Load, float]]:
 
 def wells_of(name: str, lived: list[tuple[Load, float]]) -> dict[str, Battery]:
     """Batteries by which plans are made; one more entry is one more column of the tables."""
-    wells = {by: Battery(PACK_As, *shares(by)) for by in ("paper", SETS[name].like)}
-    one_well = Battery(PACK_As, *ONE_WELL)
-    return {**wells, "charge only": one_well, "never longer": never_longer(lived)}
+    wells = {str(by): Battery(PACK_As, *shares(by)) for by in ("paper", SETS[name].like)}
+    wells |= {"charge only": Battery(PACK_As, *ONE_WELL), "never longer": never_longer(lived)}
+    constant = [(load_C, lifetime_s) for load_C, lifetime_s in lived if len(load_C) == 1]
+    return {**wells, "never longer, constant loads": never_longer(constant)}
 
 
 def shares(name: BatteryName) -> tuple[float, float]:
@@ -290,8 +290,8 @@ def measured(name: str, missions: int) -> dict[str, Any]:
 
 
 def written(results: Mapping[str, Any]) -> str:
-    """Results to six digits, with a line for each lifetime and each mission."""
-    plain = json.loads(json.dumps(results), parse_float=lambda text: float(f"{float(text):.6g}"))
+    """Results to seven digits, with a line for each lifetime and each mission."""
+    plain = json.loads(json.dumps(results), parse_float=lambda text: float(f"{float(text):.7g}"))
     deep = re.compile(r"(,?)\n {4,}|\n {3}(?=[]}])")
     return deep.sub(lambda gap: ", " if gap[1] else "", json.dumps(plain, indent=1)) + "\n"
 
