@@ -171,7 +171,7 @@ $(VENV)-bench/installed.stamp: benchmarks/requirements.txt pyproject.toml requir
 	$(VENV)-bench/bin/python -m pip install --quiet --requirement benchmarks/requirements.txt
 	touch $@
 
-# PyBaMM needs an older solver than the pins have.
+# Without pins, as PyBaMM needs an older CasADi.
 $(VENV)-cells/installed.stamp: pyproject.toml
 	$(MAKE) $(VENV)-cells/created.stamp VENV=$(VENV)-cells
 	$(VENV)-cells/bin/python -m pip install --quiet --upgrade "pip>=25.1"
