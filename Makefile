@@ -25,7 +25,7 @@ export RUFF_CACHE_DIR = $(CACHES)/ruff
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test test-only test-browser test-portable test-lowest test-latest doctest docs docs-open lessons lint
-.PHONY: bench bench-modellers soak pins vendor clean
+.PHONY: bench bench-modellers cells soak pins vendor clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
@@ -86,6 +86,10 @@ bench: $(VENV)/dev.stamp
 bench-modellers: $(VENV)-bench/installed.stamp
 	$(VENV)-bench/bin/python -m benchmarks modellers
 
+# Six minutes of one core.
+cells: $(VENV)-cells/installed.stamp
+	$(VENV)-cells/bin/python -m benchmarks.cells
+
 # More fresh examples of each property: make soak EXAMPLES=10000
 soak: $(VENV)/dev.stamp
 	EXAMPLES=$(EXAMPLES) $(PYTEST) -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
@@ -131,7 +135,7 @@ vendor:
 	done < $(VENDOR)/versions.txt
 
 clean:
-	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest $(VENV)-latest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist docs/_build docs/api docs/lessons docs/project plan-paper plan-matrice350 reproduced
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-cells $(VENV)-lowest $(VENV)-latest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist docs/_build docs/api docs/lessons docs/project plan-paper plan-matrice350 reproduced
 
 $(VENV)/created.stamp:
 	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(v < (3, 11) and '$(PYTHON) is Python %d.%d' % v)" || { \
@@ -165,4 +169,11 @@ $(VENV)-lowest/installed.stamp: pyproject.toml tests/city/requirements.txt
 $(VENV)-bench/installed.stamp: benchmarks/requirements.txt pyproject.toml requirements-dev.txt
 	$(MAKE) $(VENV)-bench/dev.stamp VENV=$(VENV)-bench
 	$(VENV)-bench/bin/python -m pip install --quiet --requirement benchmarks/requirements.txt
+	touch $@
+
+# Without pins, as PyBaMM needs an older CasADi.
+$(VENV)-cells/installed.stamp: pyproject.toml
+	$(MAKE) $(VENV)-cells/created.stamp VENV=$(VENV)-cells
+	$(VENV)-cells/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(VENV)-cells/bin/python -m pip install --quiet --group cells --editable ".[plot,frame]"
 	touch $@

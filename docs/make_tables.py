@@ -6,12 +6,14 @@ A page names a table between two comments; ``python docs/refresh.py`` writes it 
 from __future__ import annotations
 
 import itertools
+import json
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from typer.core import TyperArgument
@@ -339,6 +341,74 @@ def demonstrations() -> Iterator[Row]:
     yield (*panahi, f"{most_W:.0f} W at no distance", verdict)
 
 
+# Plans on cells
+
+CELLS: Mapping[str, Any] = json.loads(
+    (Path(__file__).parents[1] / "benchmarks" / "cells.json").read_text("utf-8")
+)
+
+
+def cells_lifetimes() -> Iterator[Row]:
+    """Lifetimes by wells beside those of the cells."""
+    yield ("parameter set", "cell", "loads", "model", "paper's wells", "wells of its kind")
+    for name, cell in CELLS.items():
+        rows, kind = cell["lifetimes"], cell["like"]
+        paper, own = (
+            span([row["by_s"][by] / row["lifetime_s"] - 1.0 for row in rows])
+            for by in ("paper", kind)
+        )
+        loads = f"{len(rows)}, 0.2 to {cell['most_C']:g} C"
+        yield (name, cell["chemistry"], loads, cell["model"], f"{paper} %", f"`{kind}`: {own} %")
+
+
+def cells_missions() -> Iterator[Row]:
+    """Hovers of plans by several wells beside the longest of a cell, and how many plans fall."""
+    wells = {"paper": "paper's wells", "charge only": "charge only", "lipo": "`lipo`"}
+    wells |= {"never longer": "a fit", "never longer, constant loads": "a fit to constant loads"}
+    yield ("cell", *wells.values())
+    for name, cell in CELLS.items():
+        if missions := cell.get("missions"):
+            yield (name, *(flights(missions, by) for by in wells))
+
+
+def flights(missions: Sequence[Mapping[str, Any]], by: str) -> str:
+    """What became of the plans by some wells."""
+    plans = [mission["plans"][by] for mission in missions]
+    hovers_s = zip(plans, missions, strict=True)
+    gaps = [plan["hover_s"] / mission["longest_s"] - 1.0 for plan, mission in hovers_s]
+    falls = sum(plan["falls_s"] is not None for plan in plans)
+    return f"{percent(fmean(gaps))} % ({span(gaps)}), {falls} of {len(plans)} fall"
+
+
+def cells_shipped() -> Iterator[Row]:
+    """Plans of shipped missions on cells."""
+    yield ("mission", "cell", "published optimum", "paper's wells", "`lipo`")
+    for mission, name in itertools.product(("paper", "paper-table2"), CELLS):
+        plans = {
+            row["by"]: row for row in CELLS[name].get("shipped", ()) if row["mission"] == mission
+        }
+        if plans:
+            fell = f"falls at {plans.pop('published')['falls_s']:.1f} s"
+            yield (f"`{mission}`", name, fell, *map(beside_longest, plans.values()))
+
+
+def beside_longest(row: Mapping[str, Any]) -> str:
+    """A hover that a cell carries beside its longest."""
+    assert row["falls_s"] is None, row
+    short = percent(row["hover_s"] / row["longest_s"] - 1.0)
+    return f"{row['hover_s']:.1f} s of {row['longest_s']:.1f} s, {short} %"
+
+
+def span(shares: Sequence[float]) -> str:
+    """The least and the largest share."""
+    return f"{percent(min(shares))} … {percent(max(shares))}"
+
+
+def percent(share: float) -> str:
+    """A share with its sign."""
+    return f"{100.0 * share:+.1f}".replace("-", "−")
+
+
 # Writing them
 
 
@@ -411,6 +481,9 @@ TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
     "families": families,
     "benchmark_set": benchmark_set,
     "demonstrations": demonstrations,
+    "cells_lifetimes": cells_lifetimes,
+    "cells_missions": cells_missions,
+    "cells_shipped": cells_shipped,
 }
 
 

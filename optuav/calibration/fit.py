@@ -146,6 +146,12 @@ class Fit:
         Further keys of the mission that the values need.
     extends
         Mission that the fragment extends unless another is named.
+    lag
+        Lag of a battery, (1−ω)²/k_F [s], a value like the others but no key of a mission; None for
+        other kinds. Once its wells have settled, a constant current I lasts B/I less the lag.
+    edge
+        Batteries at the edge of the 95 % region, by dotted key, in all directions of capacity,
+        share and lag. The hovers of their plans are, to about a percent, the interval of the hover.
 
     Examples
     --------
@@ -167,6 +173,21 @@ class Fit:
     warnings: tuple[str, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
     extends: str = "paper"
+    lag: Value | None = None
+    edge: tuple[Mapping[str, float], ...] = ()
+
+    @property
+    def rows(self) -> tuple[Value, ...]:
+        """The values, and the lag if there is one."""
+        return self.values if self.lag is None else (*self.values, self.lag)
+
+    @property
+    def lag_words(self) -> str:
+        """The lag and its interval; empty if the data do not determine it."""
+        if self.lag is None or not self.lag.determined:
+            return ""
+        ends = " to ".join(f"{end:.3g}" for end in self.lag.interval or ())
+        return f"lag {self.lag.value:.3g} s ({ends})"
 
     @property
     def changes(self) -> dict[str, object]:
@@ -182,8 +203,8 @@ class Fit:
         from optuav import markup
 
         heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
-        rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.values]
-        loose = [number for number, each in enumerate(self.values) if not each.determined]
+        rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.rows]
+        loose = [number for number, each in enumerate(self.rows) if not each.determined]
         head = markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings)
         warnings = map(markup.paragraph, self.warnings)
         return markup.shown(head, markup.table(heads, rows, bad=loose), *warnings)
@@ -193,14 +214,14 @@ class Fit:
         return asdict(self)
 
     def to_frame(self) -> DataFrame:
-        """One row a value; needs pandas.
+        """One row a value, and one for the lag of a battery; needs pandas.
 
         Columns are ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
         known), ``determined`` and ``origin``.
         """
         rows = [
             (e.key, e.value, *(e.interval or (None, None)), e.determined, e.origin)
-            for e in self.values
+            for e in self.rows
         ]
         return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
@@ -214,7 +235,8 @@ class Fit:
         if base not in shipped():
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
         names = ", ".join(Path(source).name for source in self.sources)
-        remarks = f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."
+        remarks = [f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."]
+        remarks += [f"{CONFIDENCE:.0%}: {self.lag_words}."] * bool(self.lag_words)
         warnings = (f"Warning: {words}" for words in self.warnings)
         lines = [*map(_remark, (*remarks, *warnings)), ""]
         lines += [_entry("schema", SCHEMA), _entry("extends", base)]

@@ -14,6 +14,10 @@ whose capacity hardly matters for how long they last.
 Intervals come from the profile likelihood: all values of a parameter such that some battery has a
 sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
 
+Constant loads hardly tell ω and k' apart, but their lag L = (1−ω)/(ωk'): once the wells have
+settled, a current I lasts B/I − L. With such data, 30 s of settling are assumed: published models
+of lithium cells take 19 to 47 s.
+
 References
 ----------
 .. [1] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
@@ -30,7 +34,15 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv, fit
-from optuav.calibration.fit import ConfidenceInterval, Estimate, Fit, Panel, finished, quantile
+from optuav.calibration.fit import (
+    ConfidenceInterval,
+    Estimate,
+    Fit,
+    Panel,
+    Value,
+    finished,
+    quantile,
+)
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
@@ -50,7 +62,14 @@ SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show 
 LARGE = 0.03  # relative scatter of lifetimes that a few of them may hide by chance
 CHANCE = 5.0  # how many times smaller theirs may then be
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
+SETTLING_S = 30.0  # 1/k' of wells whose lag is known and whose rate is not
+PLATEAU = 1.01  # sum of squares, over the least, that is as good
+LAG_KNOWN, RATE_UNKNOWN = 4.0, 10.0  # factors between the ends of an interval, at most and at least
+MARGIN = 0.01  # share of the capacity that is taken off so that no lifetime is longer
+DIRECTIONS = np.array([*itertools.product((-1.0, 0.0, 1.0), repeat=3)])
+"""Directions of log B, logit ω and log L in which the edge of a region is looked for."""
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
+NO_RATE = "not how fast it builds up: a load with pauses of 30 to 120 s would"
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
 LEAST_SENSITIVITY = 1e-6  # sensitivity at the least ω; below it the available well would fill up
 
@@ -90,7 +109,28 @@ class Discharge(NamedTuple):
         return float(changes_A @ before_end_s)
 
 
-def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
+class Region(NamedTuple):
+    """Least and largest values over all batteries up to a sum of squares, in logarithms.
+
+    The logit takes the place of the logarithm of ω.
+    """
+
+    values: tuple[Floats, Floats]  # of B, ω and k_F
+    lag: tuple[float, float]
+    rate: tuple[float, float]
+    edge: Floats  # batteries outermost in some direction (battery, [log B, logit ω, log k_F])
+
+
+class Wells(NamedTuple):
+    """The wells that fit."""
+
+    estimate: Estimate
+    lag: Value
+    settled: bool  # Whether they take the assumed rate, as the data tell their lag only
+    edge: tuple[dict[str, float], ...]  # Batteries at the edge of the 95 % region
+
+
+def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = False) -> Fit:
     r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
 
     The battery is the kinetic one, dy1/dt = I + k_F (y2/(1−ω) − y1/ω) and dy2/dt = −k_F (y2/(1−ω) −
@@ -106,13 +146,17 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
         order. Or a record ``time_s,current_A`` of one discharge, from full, whose last line is the
         moment of cut-off. Currents are positive while discharging; other units go in the header,
         as ``current_mA`` or ``lifetime_min``.
+    never_longer
+        Whether the capacity is scaled down until no fitted lifetime is longer than measured, and by
+        1 % more, for plans that shall be flown. Wells whose rate is unknown then settle in 30 s.
 
     Returns
     -------
     Fit
-        With a warning where the data hardly tell the parameters apart; without values where they
-        cannot, or where the best fit misses a lifetime by more than a fifth and no jump over a
-        pause explains it.
+        With the lag, `Fit.lag`, and a warning where the data hardly tell the parameters apart;
+        without values where they determine neither them nor the lag, or where the best fit misses a
+        lifetime by more than a fifth and no jump over a pause explains it. Constant loads determine
+        the lag only: where 1/k' = 30 s fits as well, it is taken.
 
     Raises
     ------
@@ -157,23 +201,43 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
         return float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0)))
 
     # A battery may also last as long by the formula but run dry in an earlier piece.
-    estimated = _estimate(discharges, SCATTER if few else None, miss)
-    values = estimated.stated(f"fitted to {count} discharges of one pack")
+    wells = _wells(discharges, SCATTER if few else None, miss, never_longer=never_longer)
+    estimated, lag, edge = wells.estimate, wells.lag, wells.edge
+    data = f"{count} discharges of one full pack"
+    fitted = [*estimated.stated(f"fitted to {count} discharges of one pack", always=lag.determined)]
+    if wells.settled:
+        origin = f"lag {lag.value:.3g} s; settling {SETTLING_S:g} s assumed"
+        fitted[1:] = (replace(value, origin=origin) for value in fitted[1:])
     warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
+    if lag.determined and (estimated.undetermined or estimated.unsure or wells.settled):
+        ends = " – ".join(f"{end:.3g}" for end in lag.interval or ())
+        warnings = [f"the data determine the lag, {lag.value:.3g} s ({ends}), and {NO_RATE}"]
     # A lifetime jumps over a whole pause where the capacity is a little less.
     less, more = (simulated(estimated.values, 1.0 + by) for by in (-JUMP, JUMP))
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
+    factor = 1.0
     if np.any(far):
         # Such data have several poor optima, and rounding decides where the fit ends.
-        values = tuple(
-            replace(value, interval=None, determined=False, stated=False) for value in values
+        *fitted, lag = (
+            replace(value, interval=None, determined=False, stated=False)
+            for value in (*fitted, lag)
         )
+        edge = ()
         missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
             "each time"
         ]
+    elif never_longer:
+        factor = (1.0 - MARGIN) * _largest_factor(
+            lambda factor: bool(np.all(simulated(estimated.values, factor) <= lifetimes_s))
+        )
+        words = f"never longer than measured, less {MARGIN:.0%}".replace("%", " %")
+        data, capacity, edge = f"{data}, {words}", fitted[0], ()
+        origin = f"{capacity.origin}, {words}"
+        size_As = capacity.value * factor
+        fitted[0] = replace(capacity, value=size_As, origin=origin, interval=None)
     warnings += doubts
     pause = "is stated to end in a pause, where a battery cannot run dry: its lifetime may be wrong"
     idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
@@ -187,10 +251,11 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
-    fitted, names = simulated(estimated.values).tolist(), [each.name for each in discharges]
-    panel = Panel("lifetime", "s", lifetimes_s.tolist(), fitted, names)
-    data = f"{count} discharges of one full pack"
-    return finished(Fit("kibam", sources, data, values, (panel,), tuple(warnings)))
+    names = [discharge.name for discharge in discharges]
+    lasts_s = simulated(estimated.values, factor).tolist()
+    panel = Panel("lifetime", "s", lifetimes_s.tolist(), lasts_s, names)
+    values, said = tuple(fitted), tuple(warnings)
+    return finished(Fit("kibam", sources, data, values, (panel,), said, lag=lag, edge=edge))
 
 
 class SumOfSquares:
@@ -242,13 +307,20 @@ class SumOfSquares:
         return *_least(lambda logits: self.squares(rows, logits), -edge, edge), rows
 
     def optima(self) -> Iterator[tuple[float, Floats, Floats]]:
-        """log k', values and residuals at every local minimum, the slowest first."""
+        """log k', values and residuals at every local minimum, the slowest first.
+
+        A floor that is flat has none inside: the least row and both ends count as well.
+        """
         beside = np.pad(self._least, 1, constant_values=np.inf)
         lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - fit.TIE) > self._least + ROUNDED
-        # Where all is flat, rounding is not to choose.
-        minima = self._rates[lower] if np.any(lower) else self._rates[ROWS // 2 :][:1]
+        lower[[0, int(np.argmin(self._least)), -1]] = True
+        minima = self._rates[lower]
         ends = (np.clip(minima + by * self._step, *self._ends) for by in (-1, 1))
         rates, _ = _least(lambda x: self.valley(x.ravel())[1].reshape(x.shape), *ends)
+        yield from self.at(rates)
+
+    def at(self, rates: Floats) -> Iterator[tuple[float, Floats, Floats]]:
+        """log k', values and residuals of the best battery of each rate."""
         logits, _, rows = self.valley(rates)
         capacities, usual = self.implied(rows, logits[:, None])
         for place, share in enumerate(1.0 / (1.0 + np.exp(-logits))):
@@ -256,10 +328,10 @@ class SumOfSquares:
             values = np.array([np.exp(mean), share, np.exp(rates[place]) * share * (1.0 - share)])
             yield rates[place], values, (capacities[place, 0] - mean) / usual[place]
 
-    def region(self, rate: float, limit: float) -> tuple[Floats, Floats]:
-        """Ends of log B, logit ω and log k_F over all batteries up to a sum of squares.
+    def region(self, rate: float, limit: float) -> Region:
+        """All batteries up to a sum of squares, by the ends of their profile likelihoods.
 
-        These are the ends of their profile likelihoods. One such battery has the rate.
+        One such battery has the rate.
         """
         inside = np.array([rate, *self._rates[self._least <= limit]])
         inner = np.array([inside.min(), inside.max()])
@@ -276,8 +348,15 @@ class SumOfSquares:
         left = np.maximum(limit - self.squares(rows, logits), 0.0) / capacities.shape[-1]
         middle, reach = np.mean(capacities, axis=-1), usual * np.sqrt(left)
         flows = rates[:, None] - np.log(2.0 + np.exp(logits) + np.exp(-logits))
-        least = np.array([np.min(limit) for limit in (middle - reach, logits, flows)])
-        return least, np.array([np.max(limit) for limit in (middle + reach, logits, flows)])
+        lags = -logits - rates[:, None]
+        both = [np.array([middle - reach, middle + reach])]
+        both += [np.array([each, each]) for each in (logits, flows, lags)]
+        points = np.reshape(both, (len(both), -1))
+        low, high = points.min(axis=1), points.max(axis=1)
+        spread = points / np.maximum(high - low, fit.NOTHING)[:, None]
+        outermost = np.argmax(DIRECTIONS @ spread[[0, 1, 3]], axis=1)
+        edge = points[:3, np.unique(outermost)].T
+        return Region((low[:3], high[:3]), (low[3], high[3]), tuple(ends), edge)
 
 
 def _least(
@@ -303,10 +382,30 @@ def _end(belongs: Callable[[Floats], Booleans], inner: Floats, outer: Floats) ->
     return inner
 
 
-def _estimate(
-    discharges: Sequence[Discharge], spread: float | None, miss: Callable[[Floats], float]
-) -> Estimate:
-    """The optimum and its profile likelihood; of equally good optima the one that misses least."""
+def _largest_factor(holds: Callable[[float], bool]) -> float:
+    """The largest factor up to 1 that holds, of a condition that holds from 0 on."""
+    if holds(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
+def _wells(
+    discharges: Sequence[Discharge],
+    spread: float | None,
+    miss: Callable[[Floats], float],
+    *,
+    never_longer: bool,
+) -> Wells:
+    """The optimum and its profile likelihood; of equally good optima the one that misses least.
+
+    Where the lag is known and the rate is not, the wells settle in a usual time if that is as good.
+    With `never_longer` it need only lie in the region: by faster or slower wells of the same lag,
+    cells run dry earlier than planned.
+    """
     sums, freedom = SumOfSquares(discharges), len(discharges) - len(KEYS)
     optima = list(sums.optima())
     least = min(float(left @ left) for *_, left in optima)
@@ -319,16 +418,42 @@ def _estimate(
     sigma = math.sqrt(least / freedom) if spread is None else spread
 
     deviations = quantile(fit.CONFIDENCE, freedom if spread is None else None)
-    low, high = sums.region(rate, least + (sigma * deviations) ** 2)
+    limit = least + (sigma * deviations) ** 2
+    region = sums.region(rate, limit)
+    (usual,) = sums.at(np.array([-math.log(SETTLING_S)]))
+    lag_is_known = bool(region.lag[1] - region.lag[0] < math.log(LAG_KNOWN))
+    rate_is_unknown = region.rate[1] - region.rate[0] > math.log(RATE_UNKNOWN)
+    most = limit if never_longer and lag_is_known else PLATEAU * least + ROUNDED
+    is_usual = rate_is_unknown and float(usual[2] @ usual[2]) <= most
+    if is_usual:
+        rate, values, left = usual
+    settled = is_usual and lag_is_known
+
     # A few discharges may agree by chance, and would seem clear just where they are wrong.
     largest = sigma if spread else max(sigma, min(LARGE, CHANCE * sigma))
     sure = largest * quantile(CLEAR, None)
-    clear = np.subtract(*sums.region(rate, least + sure**2)[::-1])
+    clear = np.subtract(*sums.region(rate, least + sure**2).values[::-1])
+    low, high = region.values
     wide = np.array([high - low, clear]) > 2.0 * fit.WIDE
     undetermined, unsure = (tuple(itertools.compress(KEYS, row)) for row in wide.tolist())
     low, high = (np.exp(end - (0.0, np.logaddexp(0.0, end[1]), 0.0)) for end in (low, high))
-    intervals = tuple(map(ConfidenceInterval, low.tolist(), high.tolist()))
-    return Estimate(KEYS, values, left, sigma, intervals, undetermined, unsure)
+    intervals: list[ConfidenceInterval | None] = [
+        *map(ConfidenceInterval, low.tolist(), high.tolist())
+    ]
+    if settled:
+        undetermined, unsure, intervals[1:] = (), (), [None, None]
+    lag = Value(
+        "lag_s",
+        float(Battery(*values).lag_s),
+        "(1−ω)²/k_F of the fit",
+        ConfidenceInterval(*np.exp(region.lag).tolist()),
+        lag_is_known,
+        stated=False,
+    )
+    edge = np.exp(region.edge - np.logaddexp(0.0, region.edge) * (0.0, 1.0, 0.0))
+    batteries = tuple(dict(zip(KEYS, battery, strict=True)) for battery in edge.tolist())
+    found = Estimate(KEYS, values, left, sigma, tuple(intervals), undetermined, unsure)
+    return Wells(found, lag, settled, batteries)
 
 
 def _discharges(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:

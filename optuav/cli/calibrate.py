@@ -12,6 +12,7 @@ from optuav.errors import Fault, InputError, shown
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
+    from optuav.mission import Mission
 
 MOST_ROWS = 40  # Observations that are listed one by one
 LONGEST = 30  # Letters of a name or of an interval
@@ -22,6 +23,7 @@ def calibrate(
     kind: Kind,
     files: list[Path],
     extends: str | None = None,
+    never_longer: bool = False,
     as_json: bool = False,
     save: Path | None = None,
     plot: Path | None = None,
@@ -30,23 +32,26 @@ def calibrate(
     from optuav.mission.files import must_be_new, write_text
     from optuav.mission.load import load, must_load
 
-    if extends is not None:
-        load(extends)  # refused before the work
+    base = None if extends is None else load(extends)  # refused before the work
+    if never_longer and kind != "kibam":
+        raise InputError([Fault("--never-longer", kind, "only with kibam")])
     if save is not None:
         must_be_new(save)
     check_places(save, plot, ".toml", "")
     from optuav import calibration
 
-    found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files)
+    options = {"never_longer": True} if never_longer else {}
+    found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+    hover_s = None if base is None or found.lag is None else _hover(found, base)
     written = []
     if save is not None:
         text = found.to_toml(extends, save)
         try:
             must_load(text, save)
         except InputError as error:
-            base = shown(found.extends if extends is None else extends)
+            name = shown(found.extends if extends is None else extends)
             words = "a mission on which these values load; nothing is written"
-            raise InputError([*error.faults, Fault("extends", base, words)]) from None
+            raise InputError([*error.faults, Fault("extends", name, words)]) from None
         write_text(save, text)
         written.append(save)
     if plot is not None and found.panels:
@@ -54,10 +59,37 @@ def calibrate(
 
         written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
     notes = [f"warning: {warning}" for warning in found.warnings]
+    if hover_s:
+        value, *ends = (f"{time_s:.1f}" for time_s in hover_s.values())
+        between = f", 95 % between {' and '.join(ends)} s" if ends else ""
+        notes.append(f"{extends} hovers {value} s with these values{between}")
     if found.changes:
         pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
         notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
-    deliver(found.to_dict, (*_found(found), *notes), as_json=as_json, written=written)
+    deliver(
+        lambda: found.to_dict() | ({"hover_time_s": hover_s} if hover_s else {}),
+        (*_found(found), *notes),
+        as_json=as_json,
+        written=written,
+    )
+
+
+def _hover(found: Fit, mission: Mission) -> dict[str, float]:
+    """Longest hover of a mission with the values, and its least and largest at the edge [s].
+
+    Empty if one of these missions cannot be loaded, or has no plan.
+    """
+    from optuav.solving import solve
+
+    if not found.changes:
+        return {}
+    try:
+        changed = [mission.replace(changes) for changes in (found.changes, *found.edge)]
+    except InputError:
+        return {}
+    value, *ends = (solve(each).hover_time_s for each in changed)
+    hover_s = {"value": value, "low": min(ends), "high": max(ends)} if ends else {"value": value}
+    return hover_s if all(map(math.isfinite, (value, *ends))) else {}
 
 
 def _found(found: Fit) -> Iterator[str]:
@@ -66,8 +98,8 @@ def _found(found: Fit) -> Iterator[str]:
 
     yield f"{found.kind}: {found.data}"
     tables: dict[str, list[Sequence[str]]] = {}
-    for value in found.values:
-        name, _, key = value.key.partition(".")
+    for value in found.rows:
+        name, _, key = value.key.partition(".") if "." in value.key else ("battery", "", value.key)
         row = value.written(" – ")
         if not value.determined:
             row = [row[0] if value.stated else "?", "not determined"]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from optuav.mission import Mission
     from optuav.mission.template import Drone
     from optuav.network.feasibility import BuildingFigures, LinkFigures
+    from optuav.options import BatteryName
     from optuav.plan import Plan
 
 UNIT = re.compile(r"\[([^]]+)\]")
@@ -191,7 +192,7 @@ def missions(of_the_set: bool = False, as_json: bool = False) -> None:
     deliver(lambda: rows, lines, as_json=as_json)
 
 
-def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
+def new(file: Path, source: str = "paper", **numbers: Any) -> None:
     """Write a mission file that explains every key."""
     from optuav.mission.files import STANDARD, check_place, ending_of, must_be_new, write_text
     from optuav.mission.load import load, must_load
@@ -200,11 +201,13 @@ def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
     ending_of(file, ".toml", "", name="FILE")
     must_be_new(file)
     check_place(file)  # before the questions
+    battery: BatteryName | None = None
     if source in SHEETS:
         sheet = _sheet(getattr(optuav, SHEETS[source]), numbers)
         mission, remarks = sheet.mission(), sheet.remarks()
         say(" ".join(sheet.assumptions()))
     else:
+        battery = numbers.pop("battery")
         refuse(
             Fault(name, f"{value:g}", f"goes with --from {' or '.join(SHEETS)}")
             for name, value in numbers.items()
@@ -212,7 +215,7 @@ def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
         )
         mission, remarks = load(source), ()
     name = "mission" if file == STANDARD else file.stem
-    text = template(mission, name, remarks, file)
+    text = template(mission, name, remarks, file, battery=battery)
     must_load(text, file)
     write_text(file, text)
     if file != STANDARD:
@@ -225,7 +228,7 @@ def _sheet(form: type[Drone], stated: Mapping[str, Any]) -> Drone:
 
     fields = form.model_fields.items()
     answers = {name: value for name, value in stated.items() if value is not None}
-    known = {INSTEAD.get(name, name) for name in answers}
+    known = {INSTEAD.get(name, name) for name in answers} | {"battery"}
     if "hover_power_W" in answers:
         known.add("cruise_min")  # Without it the hover time, which is not stated
     needed = {name for name, each in fields if each.is_required() or name == "hover_min"}

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from optuav.errors import Fault, InputError, collected, decimal, integer, refuse
-from optuav.options import Perspective
+from optuav.options import BatteryName, Perspective
 
 if TYPE_CHECKING:
     from formulations.formulation import Formulation
@@ -196,7 +196,8 @@ def _of_datasheets() -> tuple[dict[str, inspect.Parameter], dict[str, str]]:
     parameters, helps = dict[str, inspect.Parameter](), dict[str, str]()
     for form in (Datasheet, RotorDatasheet):
         for key, field in form.model_fields.items():
-            kind = int | None if field.annotation is int else float | None
+            kinds = {int: int | None, BatteryName: BatteryName | None}
+            kind: Any = kinds.get(field.annotation, float | None)
             parameters[key] = keyword_only(key, kind, None)
             usual = field.get_default()
             known = f" {usual:g} if left out." if isinstance(usual, int | float) else ""

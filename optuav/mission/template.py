@@ -19,6 +19,8 @@ from optuav.mission.load import load
 from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.validation import StatedMission, breaches_of
+from optuav.options import BatteryName
+from optuav.physics.cells import CELLS
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -46,14 +48,31 @@ LIFTED = "mass_kg", "payload_kg", *DISC
 """Fields of rotors that decide the power of blades and of lift."""
 
 
+def wells_of(battery: BatteryName) -> dict[str, float]:
+    """The wells of a kind of cells, by dotted key."""
+    wells = CELLS[battery]
+    return {
+        "battery.available_fraction": wells.available_fraction,
+        "battery.flow_rate_per_s": wells.flow_rate_per_s,
+    }
+
+
 def template(
-    mission: Mission, name: str, remarks: Sequence[str] = (), file: Path = STANDARD
+    mission: Mission,
+    name: str,
+    remarks: Sequence[str] = (),
+    file: Path = STANDARD,
+    *,
+    battery: BatteryName | None = None,
 ) -> str:
     """The text of a TOML file with a mission's values, with an explanation of every key.
 
     Keys that are not set stand there as comments; the remarks are lines for the head of the file. A
-    table of buildings is named by its path from the folder of the file.
+    table of buildings is named by its path from the folder of the file. A battery by name gets the
+    wells of such cells; a comment says where known wells come from.
     """
+    if battery is not None:
+        mission = mission.replace(wells_of(battery))
     source, listed = mission.buildings.source, mission.buildings
     lines = [
         "# A mission for optuav. Change what differs in yours; `optuav validate` checks the file.",
@@ -72,10 +91,24 @@ def template(
     for key in Mission.model_fields:
         table = getattr(mission, key)
         if isinstance(table, MissionSection):
-            lines += ["", f"[{key}]", *_entries(table, explained=True)]
+            lines += ["", f"[{key}]", *(_wells_remarks(table) if key == "battery" else ())]
+            lines += _entries(table, explained=True)
     for number, building in enumerate(listed):
         lines += ["", "[[buildings]]", *_entries(building, explained=number == 0)]
     return "\n".join(lines) + "\n"
+
+
+def _wells_remarks(battery: Any) -> Iterator[str]:
+    """Lines of comment on wells that are those of a kind of cells."""
+    stated = battery.available_fraction, battery.flow_rate_per_s
+    for name, wells in CELLS.items():
+        if stated == (wells.available_fraction, wells.flow_rate_per_s):
+            words = (
+                f"Wells `{name}`: {wells.source}, to {wells.most_C:g} C. Lag (1−ω)²/k_F "
+                f"{wells.lag_s:.0f} s; over such cells {wells.lag_range}. Calibrate with your own "
+                "lifetimes: optuav calibrate kibam."
+            )
+            yield from (f"# {line}" for line in textwrap.wrap(words, width=98))
 
 
 def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:
@@ -117,6 +150,8 @@ class Drone(MissionSection):
     """Charge that shall be left after landing [%]."""
     laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
+    battery: BatteryName = "lipo"
+    """Kind of cells that gives the wells: lipo, liion or paper."""
 
     sources: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of [flight] that follow from the fields, each with these fields."""
@@ -155,6 +190,7 @@ class Drone(MissionSection):
             "battery.packs": self.packs,
             "battery.capacity_As": self.capacity_mAh * 3.6,
             "battery.nominal_voltage_V": round(self.voltage_V, 3),
+            **wells_of(self.battery),
             "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
             "laser.power_W": self.laser_power_W,
             "flight.max_speed_m_s": self.cruise_speed_m_s,
@@ -184,9 +220,9 @@ class Drone(MissionSection):
         """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
             f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
-            f"at rest, and {self.assumed}. Places, buildings, "
-            f"wells, link, air and laser ({self.laser_power_W:g} W) come from the mission "
-            f"{SCENE}: put yours in.",
+            f"at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and {self.assumed}. "
+            f"Places, buildings, link, air and laser ({self.laser_power_W:g} W) come from the "
+            f"mission {SCENE}: put yours in.",
             width=78,
         )
 
@@ -219,6 +255,9 @@ class Datasheet(Drone):
     cruise_speed_m_s, reserve_percent, laser_power_W
         Cruise speed [m/s], 0.5 to 100; charge that shall be left after landing [%], 0 to 90, by
         default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
+    battery
+        Kind of cells that gives the wells: ``"lipo"`` (power pouch cells, the default), ``"liion"``
+        (21700 energy cells, up to 2 C) or ``"paper"``.
 
     Examples
     --------
@@ -269,8 +308,8 @@ class Datasheet(Drone):
         """The drone in the places of the shipped mission `matrice350`.
 
         Currents are what empties the packs in the stated times, times `load_factor`; powers follow
-        by the nominal voltage. Packs charge at 1 C at most. The wells of the battery, the
-        acceleration, the link and the laser but for its power come from that mission.
+        by the nominal voltage. Packs charge at 1 C at most. The acceleration, the link and the
+        laser but for its power come from that mission.
         """
         charge_As = self.packs * self.capacity_mAh * 3.6
 
@@ -302,7 +341,7 @@ class RotorDatasheet(Drone):
 
     Parameters
     ----------
-    mass_kg, payload_kg, packs, cells, capacity_mAh, reserve_percent, laser_power_W
+    mass_kg, payload_kg, packs, cells, capacity_mAh, reserve_percent, laser_power_W, battery
         As in `Datasheet`; the mass without the payload.
     cruise_speed_m_s
         Largest air speed [m/s], 0.5 to 100.

@@ -19,7 +19,9 @@ from optuav.network.timeline import stay_net
 from optuav.network.variants import stacked
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
+from optuav.physics.cells import CELLS
 
+LARGEST_LAG_S = 400.0  # Lag of the wells above which they are doubted
 MOST_RADIO = 0.1  # Share of the hover's current above which a radio is doubted
 
 
@@ -111,11 +113,24 @@ def advice(mission: Mission) -> Iterator[str]:
     if battery.charge_current_A > recommended_A:
         stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
         yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
+    yield from _lag_doubt(mission)
     yield from _radio_doubt(mission)
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names and mission.laser is not None:
         yield f"the laser does not see {listed(names)}: no charging there"
+
+
+def _lag_doubt(mission: Mission) -> Iterator[str]:
+    """Doubt wells that leave more charge bound than those of any lithium cell."""
+    lag_s = float(vehicle.pool(mission).lag_s)
+    if lag_s > LARGEST_LAG_S:
+        size = f"of {lag_s:.0f} s" if mission.battery.flow_rate_per_s > 0.0 else "without end"
+        usual = f"{CELLS['lipo'].least_lag_s:g} to {CELLS['liion'].largest_lag_s:g} s"
+        yield (
+            f"the wells have a lag (1−ω)²/k_F {size}, unlike any lithium cell at 25 °C ({usual}): "
+            "optuav new --battery lipo writes wells of such cells"
+        )
 
 
 def _radio_doubt(mission: Mission) -> Iterator[str]:

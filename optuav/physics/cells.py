@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from optuav.options import BatteryName
+from optuav.physics.kibam import Battery
 
 
 class CellWells(NamedTuple):
@@ -28,8 +29,8 @@ class CellWells(NamedTuple):
     ----------
     available_fraction, flow_rate_per_s
         ω [-] and k_F [1/s].
-    lag_s
-        Least and largest lag (1−ω)²/k_F of the cells behind them [s].
+    least_lag_s, largest_lag_s
+        Lag of the cells behind them [s].
     most_C
         Largest discharge rate to which they were fitted [1/h], a multiple of the rated charge.
     source
@@ -38,27 +39,38 @@ class CellWells(NamedTuple):
     Examples
     --------
     >>> from optuav.physics.cells import CELLS
-    >>> lipo = CELLS["lipo"]
-    >>> f"{(1 - lipo.available_fraction) ** 2 / lipo.flow_rate_per_s:.0f} s of lag"
+    >>> f"{CELLS['lipo'].lag_s:.0f} s of lag"
     '120 s of lag'
     """
 
     available_fraction: float
     flow_rate_per_s: float
-    lag_s: tuple[float, float]
+    least_lag_s: float
+    largest_lag_s: float
     most_C: float
     source: str
+
+    @property
+    def lag_range(self) -> str:
+        """Lag of the cells behind them, in words."""
+        least_s, largest_s = self.least_lag_s, self.largest_lag_s
+        return f"{least_s:g} to {largest_s:g} s" if least_s < largest_s else f"{least_s:g} s"
+
+    @property
+    def lag_s(self) -> float:
+        """Lag of these wells [s]."""
+        return float(Battery(1.0, self.available_fraction, self.flow_rate_per_s).lag_s)
 
 
 CELLS: Mapping[BatteryName, CellWells] = {
     "lipo": CellWells(
-        0.2, 0.16 / 30.0, (70.0, 135.0), 5.0, "lithium pouch cells: five published models, 25 °C"
+        0.2, 0.16 / 30.0, 70.0, 135.0, 5.0, "power pouch cells by five published models, 25 °C"
     ),
     "liion": CellWells(
-        0.1, 0.0027, (341.0, 341.0), 2.0, "lithium 21700 energy cells: one published model, 25 °C"
+        0.1, 0.0027, 341.0, 341.0, 2.0, "21700 energy cells by one published model, 25 °C"
     ),
     "paper": CellWells(
-        0.8, 4.5e-5, (889.0, 889.0), 2.0, "as printed by Jaafar and Yanikomeroglu; like NiMH cells"
+        0.8, 4.5e-5, 889.0, 889.0, 2.0, "printed by Jaafar and Yanikomeroglu, like a NiMH cell"
     ),
 }
 """Wells by the name of `optuav new --battery`."""

@@ -110,6 +110,26 @@ def test_json_has_everything() -> None:
     assert len(told["panels"][0]["observed"]) == 28
 
 
+def test_a_battery_states_the_hover_of_the_mission_it_extends() -> None:
+    """The hover of the fit lies between those of the batteries at the edge of its region."""
+    arguments = "calibrate", "kibam", str(DATA / "lipo.csv")
+    told = json.loads(run(*arguments, "--extends", "paper", "--json").out)
+    fitted = optuav.load("paper").replace(optuav.fit_kibam(DATA / "lipo.csv").changes)
+    hover_s = told["hover_time_s"]
+    assert hover_s["value"] == optuav.solve(fitted).hover_time_s
+    assert hover_s["low"] < hover_s["value"] < hover_s["high"]
+    assert hover_s["high"] / hover_s["low"] < 1.1
+    words = run(*arguments, "--extends", "paper", "--never-longer").out
+    assert "never longer than measured, less 1 %" in words
+    assert "paper hovers 681." in words
+    assert "hover" not in run(*arguments).out
+
+
+def test_only_a_battery_is_never_longer() -> None:
+    words = refused("calibrate", "rotor", str(DATA / "bench.csv"), "--never-longer")
+    assert "--never-longer = rotor: only with kibam" in words
+
+
 def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
     """A warning, no settings, exit code 0, and a mission file that changes nothing."""
     data, file = tmp_path / "one.csv", tmp_path / "new.toml"

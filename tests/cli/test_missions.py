@@ -178,6 +178,19 @@ def test_a_new_mission_is_in_order_and_has_the_values_that_it_starts_from() -> N
     assert json.loads(run("validate", "hill.toml", "--json").out)["valid"] is True
 
 
+def test_a_new_mission_takes_the_wells_of_a_battery_by_name() -> None:
+    """Of a mission and of a datasheet, whose own are those of LiPo."""
+    assert run("new", "a.toml", "--battery", "liion").code == 0
+    assert optuav.load("a.toml").battery.flow_rate_per_s == 0.0027
+    assert optuav.load("a.toml").battery.capacity_As == 36_000.0
+    sheet = ("--from", "regimes", *SHEET)
+    assert run("new", "b.toml", *sheet).code == 0
+    assert optuav.load("b.toml").battery.available_fraction == 0.2
+    assert run("new", "c.toml", *sheet, "--battery", "paper").code == 0
+    assert optuav.load("c.toml").battery.available_fraction == 0.8
+    assert "'nimh' is not one of" in refused("new", "d.toml", "--battery", "nimh")
+
+
 def test_a_new_mission_on_the_standard_output_is_called_mission() -> None:
     assert 'name = "mission"' in run("new", "-").out
 

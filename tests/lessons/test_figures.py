@@ -355,12 +355,16 @@ def test_18_is_one_stop_enough(ran: Any) -> None:
 def test_19_fit_a_battery(ran: Any) -> None:
     (lifetimes,) = ran.fit.panels
     assert np.allclose(lifetimes.fitted, lifetimes.observed, rtol=2e-3)
-    for value, true in zip(ran.fit.values, ran.truth, strict=True):
+    for value, true in zip(ran.fit.rows, ran.truth, strict=True):
         assert value.interval.low < true < value.interval.high
     assert not any(value.determined for value in ran.blind.values)
     assert ran.blind.changes == {}
     assert math.isclose(*ran.life_s["steady"], rel_tol=0.03)
     assert ran.life_s["with pauses"]["large"] > 1.05 * ran.life_s["with pauses"]["small"]
+    assert 75.0 < ran.cell.lag.interval.low < 109.5 < ran.cell.lag.interval.high < 156.0
+    assert (ran.left_over_s["best"] > 0.0).sum() == 5
+    assert (ran.left_over_s["never longer"] <= 0.0).all()
+    assert 0.025 < 1.0 - ran.capacity_As["never longer"] / ran.capacity_As["best"] < 0.035
     assert ran.plans[0].hover_time_s == ran.plans[1].hover_time_s  # Coulombs know of no wells
     assert ran.plans[1].runs_dry_s < ran.plans[0].runs_dry_s
     head, row = (Path(ran.folder) / "propeller.csv").read_text("utf-8").splitlines()[2:]

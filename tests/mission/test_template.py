@@ -116,6 +116,51 @@ def test_a_sheet_of_rotors_feeds_the_radio_by_the_pack() -> None:
     assert drawn.current_A - hovering.current_A == pytest.approx(5.0 / 22.2)
 
 
+WELLS = {"lipo": (0.2, 0.16 / 30.0), "liion": (0.1, 0.0027), "paper": (0.8, 4.5e-5)}
+"""ω and k_F [1/s] of the specification."""
+
+
+@pytest.mark.parametrize("name", WELLS)
+def test_a_battery_by_name_has_the_wells_of_such_cells(name: Any, tmp_path: Path) -> None:
+    """In a datasheet and in a template; a comment says where they come from."""
+    sheets = Datasheet(**KNOWN, battery=name), optuav.RotorDatasheet(**ROTORS, battery=name)
+    for mission in (
+        *(sheet.mission() for sheet in sheets),
+        loaded(template(optuav.load("matrice350"), "mine", battery=name), tmp_path),
+    ):
+        battery = mission.battery
+        assert (battery.available_fraction, battery.flow_rate_per_s) == WELLS[name]
+    text = template(optuav.load("paper"), "mine", battery=name)
+    assert f"[battery]\n# Wells `{name}`: " in text
+    assert "optuav calibrate kibam" in " ".join(text.replace("\n# ", " ").split())
+
+
+def test_wells_are_those_of_lithium_unless_the_mission_has_others() -> None:
+    """A datasheet without a battery takes `lipo`; a mission as a template keeps its own."""
+    for sheet in (Datasheet(**KNOWN), optuav.RotorDatasheet(**ROTORS)):
+        assert sheet.battery == "lipo"
+        assert sheet.mission().battery.available_fraction == 0.2
+    assert "# Wells `paper`: " in template(optuav.load("paper"), "mine")
+    own = optuav.load("paper").replace({"battery.available_fraction": 0.7})
+    assert "# Wells" not in template(own, "mine")
+
+
+def test_a_battery_without_wells_is_refused() -> None:
+    with pytest.raises(optuav.InputError, match="battery = 'nimh'"):
+        Datasheet(**KNOWN, battery="nimh")
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-table2", "paper-drag"])
+def test_wells_of_no_lithium_cell_are_doubted(name: str) -> None:
+    """The paper's have a lag of 0.2²/4.5e-5 = 889 s; above 400 s a warning says so."""
+    mission = optuav.load(name)
+    assert any("a lag (1−ω)²/k_F of 889 s, unlike any lithium cell" in x for x in advice(mission))
+    for flow, doubted in ((0.64 / 399.0, False), (0.64 / 401.0, True), (0.0, True)):
+        wells = {"battery.available_fraction": 0.2, "battery.flow_rate_per_s": flow}
+        told = [*advice(mission.replace(wells))]
+        assert any("lag" in words for words in told) == doubted
+
+
 def test_a_payload_as_heavy_as_three_drones_makes_eight_times_the_power() -> None:
     """4^1.5 = 8 by the momentum theory; without cruise time, cruising draws what hovering does."""
     mission = Datasheet(**KNOWN, payload_kg=12).mission()
@@ -170,7 +215,7 @@ def test_all_faults_are_told_at_once() -> None:
 
 def test_there_are_ten_numbers() -> None:
     """As many as the documentation promises, beside powers in place of times."""
-    assert len(Datasheet.model_fields.keys() - INSTEAD) == 10
+    assert len(Datasheet.model_fields.keys() - INSTEAD - {"battery"}) == 10
 
 
 ROTORS: dict[str, Any] = {
