@@ -123,7 +123,7 @@ def advice(mission: Mission) -> Iterator[str]:
 
 def _lag_doubt(mission: Mission) -> Iterator[str]:
     """Doubt wells that leave more charge bound than those of any lithium cell."""
-    lag_s = float(vehicle.pool(mission).lag_s)
+    lag_s = float(mission.pool.lag_s)
     if lag_s > LARGEST_LAG_S:
         size = f"of {lag_s:.0f} s" if mission.battery.flow_rate_per_s > 0.0 else "without end"
         usual = f"{CELLS['lipo'].least_lag_s:g} to {CELLS['liion'].largest_lag_s:g} s"
