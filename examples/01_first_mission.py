@@ -74,8 +74,9 @@ promised
 #
 # The next picture compares both plans over time. The available well lies on top of the bound one.
 # The upper plan drives the available well past full during its rest. Later the well is empty, and
-# the drone falls. [When the battery runs dry](04_when_the_battery_runs_dry.py) takes this picture
-# apart.
+# the drone falls. Two wells are a picture: in a lithium cell the voltage drops under load below
+# what the motors need while charge is left, and two wells reproduce that to some per cent. [When
+# the battery runs dry](04_when_the_battery_runs_dry.py) takes this picture apart.
 
 # %%
 optuav.plots.wells([promised, plan])

@@ -66,9 +66,10 @@ bare_A, loaded_A, 100 * (loaded_A / bare_A - 1)
 mission.flight.hover_current_A, mission.flight.hover_power_W
 
 # %% [markdown]
-# The datasheet says nothing about the other numbers. Places, link, wells of the battery and
-# acceleration are those of the shipped mission `matrice350`. `optuav new FILE --from regimes`
-# writes a file in which you can replace each, with the assumptions at its head. These tables are
+# The datasheet says nothing about the other numbers. Places, link and acceleration are those of the
+# shipped mission `matrice350`. The wells of the battery are those of lithium pouch cells
+# (`battery="lipo"`). `optuav new FILE --from regimes` writes a file in which you can replace each,
+# with the assumptions at its head. These tables are
 # the same in both missions; `flight` and `battery` also hold numbers of the datasheet, and differ:
 
 # %%

@@ -195,6 +195,38 @@ vessels({"at take-off": (drone, drone.full, 0.0), "after ten minutes": (drone, h
 # %% [markdown]
 # The wide vessel is nearly empty, and the narrow one nearly full. The thin pipe lets far less
 # through than the rotors draw.
+#
+# ## Two time scales
+#
+# The wells of `paper` need an hour to level, $1/k'$ = 3556 s. A lithium pouch cell needs some 30 s:
+# there the wells stand for a voltage that drops under load. `optuav new --battery lipo` writes such
+# wells. What a constant current I leaves unused is I·L, with the lag L = (1 − ω)²/k_F.
+#
+# **Before you run:** both batteries hover until they are empty, and then rest for one minute. Which
+# of the two can hover again, and for about how long?
+
+# %%
+lipo = Battery(72_000.0, 0.2, 0.16 / 30)
+
+
+def hovers_s(battery):
+    """Lag, first hover, and hover after a minute of rest [s]."""
+    first_s = float(time_to_empty(battery, battery.full, -87.91))
+    empty = step(battery, battery.full, Stage(-87.91, first_s))
+    rested = step(battery, empty, Stage(0.0, 60.0))
+    return battery.lag_s, first_s, float(time_to_empty(battery, rested, -87.91))
+
+
+pauses_s = pd.DataFrame(
+    [hovers_s(drone), hovers_s(lipo)],
+    index=["wells of paper", "lipo"],
+    columns=["lag", "first hover", "hover after 60 s"],
+).round(1)
+pauses_s
+
+# %% [markdown]
+# In a minute the LiPo wells have nearly levelled, and give half a minute of hover. The paper's
+# give 2 s, and 2 minutes after a day.
 
 # %% [markdown]
 # ## Exercises

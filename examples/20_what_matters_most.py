@@ -3,7 +3,8 @@
 #
 # No number of a mission is known exactly. Which of them are worth measuring better? And what
 # happens to a plan when all of them are a little wrong at once? The ranges are from the comments of
-# `matrice350`, most of them assumed; the current is 969 to 1150 W over 44.76 V.
+# `matrice350`, most of them assumed; the current is 969 to 1150 W over 44.76 V. Here the reserve
+# counts at the end only, so that the drone hovers first and no rest can overfill its packs.
 #
 # **Before this lesson:** [Your own drone](02_your_own_drone.py),
 # [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
@@ -21,7 +22,7 @@ import pandas as pd
 
 import optuav
 
-mission = optuav.load("matrice350")
+mission = optuav.load("matrice350").replace({"limits.keep_soc": "end"})
 ranges = {
     "battery": {"capacity_As": {"low": 19000, "likely": 21000, "high": 21168}},
     "flight": {"hover_current_A": {"low": 21.65, "likely": 24.65, "high": 25.69}},
@@ -81,9 +82,9 @@ wells = by_key.loc[["battery.available_fraction", "battery.flow_rate_per_s"]]
 wells[["now", "low", "high", "hover_low_s", "hover_high_s", "local_elasticity"]]
 
 # %% [markdown]
-# No: with a tenth less, the wells end the hover. And a key without effect in its whole range, such
-# as the flow between the wells, may have an effect outside it. A slow flow decides whether a plan
-# that counts charge only can be flown:
+# No: ten percent to either side change nothing, neither in the share nor in the flow between the
+# wells. But a key without effect in its whole range may have an effect outside it. A slow flow
+# decides whether a plan that counts charge only can be flown:
 
 # %%
 slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})

@@ -137,7 +137,7 @@ optuav.plots.curves(
 #
 # ## More power, until the battery says no
 #
-# **Before you run:** the hover of `relay-today` lasts for 40 minutes with 5 kW. How long does it
+# **Before you run:** the hover of `relay-today` lasts for 33 minutes with 5 kW. How long does it
 # last with 15 kW? Sketch the curve from 0 to 15 kW.
 
 # %%

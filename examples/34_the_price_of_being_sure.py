@@ -51,6 +51,13 @@ pd.DataFrame({"share that can be flown": shares, "hover [s]": hovers_s})
 # About every second flight falls, and the reserve changes nothing at all. It limits the charge at
 # the end; what runs out is the available well, earlier, with charge left in the other.
 #
+# A reserve helps if it holds on the roof as well, where this plan lands with an empty well:
+
+# %%
+landing = {"limits.min_soc": 0.25, "limits.keep_soc": "always"}
+on_the_roof = optuav.solve(mission.replace(landing))
+flyable(on_the_roof), on_the_roof.hover_time_s
+#
 # ## One plan for the whole box
 #
 # A plan is one route and one set of times. It must not run dry if the packs are small and the drone

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from optuav.cli import main
+from tests.wells import SLOW
 
 
 def run(*arguments: str) -> int:
@@ -15,9 +16,12 @@ def run(*arguments: str) -> int:
     return int(end.value.code or 0)
 
 
+OF_SLOW = [f"--set={key}={value}" for key, value in SLOW.items()]
+
+
 def test_share_fleet_and_pads(capsys: pytest.CaptureFixture[str]) -> None:
     """One drone, a fleet, and what pads must deliver."""
-    assert run("matrice350") == 0
+    assert run("matrice350", *OF_SLOW) == 0
     assert "Share       25.410123%" in capsys.readouterr().out
     assert run("matrice350", "--share", "1", "--json") == 0
     assert json.loads(capsys.readouterr().out)["drones"] == 4
@@ -41,17 +45,17 @@ def test_pads_are_saved_and_printed_as_data_too(
 
 def test_drones_in_turns_and_their_pads(capsys: pytest.CaptureFixture[str]) -> None:
     """N times the share of one, up to all of the time; no pads beside an exchange of packs."""
-    assert run("matrice350", "--drones", "3") == 0
+    assert run("matrice350", *OF_SLOW, "--drones", "3") == 0
     assert "Turns of 3 drones cover 76.23% of the time" in (out := capsys.readouterr().out)
     assert "Pads of 3 drones for 100 % of the time: 620.8 W on b4" in " ".join(out.split())
-    assert run("matrice350", "--drones", "3", "--overlap-s", "30") == 0
+    assert run("matrice350", *OF_SLOW, "--drones", "3", "--overlap-s", "30") == 0
     out = capsys.readouterr().out  # 3 (1797.05 s - 30 s) of 7072.16 s
     assert "Turns of 3 drones cover 74.96% of the time, 30 s of overlap" in out
     assert run("matrice350", "--drones", "2", "--swap-s", "120") == 0
     out = capsys.readouterr().out
     assert "Turns of 2 drones cover 100.00% of the time" in out
     assert "Pads" not in out
-    assert run("matrice350", "--drones", "1") == 0
+    assert run("matrice350", *OF_SLOW, "--drones", "1") == 0
     out = capsys.readouterr().out
     assert "Turns of 1 drone cover 25.41% of the time" in out
     assert "no pad is strong enough for 1 drone:" in out

@@ -215,7 +215,7 @@ def test_presets_are_answered(name: str) -> None:
     assert not any("faults" in each for each in known.values())
     assert next(iter(known)) == "Mission"
     falls = name != "matrice350"
-    assert (optuav.solve(mission, perspective="battery").flyable is False) == falls
+    assert (optuav.solve(mission, perspective="battery").runs_dry_s is not None) == falls
     assert ("Fall" in known) == falls
     if falls:
         assert known["Fall"]["verdict"]["event"].startswith("falls at ")

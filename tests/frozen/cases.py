@@ -14,6 +14,7 @@ from typing import Any
 
 import optuav
 from optuav.solving.question import problem_of
+from tests.wells import SLOW
 
 ANSWERS = Path(__file__).with_name("answers.json")
 MISSIONS = ("matrice350", "paper", "paper-table2")
@@ -21,6 +22,9 @@ PERSPECTIVES = ("battery", "energy", "adjusted", "wells", "available")
 ENGINES = ("closed-form", "cvxpy", "bracket", "casadi", "grid")
 BUILDINGS = ("b1", "b9")
 SHORT = {"matrice350": 900.0, "paper": 800.0, "paper-table2": 800.0}
+
+BEFORE: dict[str, dict[str, Any]] = {"matrice350": {**SLOW}}
+"""Keys of a mission that has changed, as they were in version 0.1.0."""
 
 FIELDS = {"trajectory", "building", "order", "hover_point", "stops", "hovers"}
 
@@ -136,7 +140,9 @@ def _infeasible(mission: str) -> Iterator[Case]:
 def ask(case: Case) -> optuav.Plan:
     """The plan that the package gives for a case."""
     options = dict(case)
-    mission = optuav.load(options.pop("mission")).replace(options.pop("change", {}))
+    source = options.pop("mission")
+    changes = BEFORE.get(source, {}) | options.pop("change", {})
+    mission = optuav.load(source).replace(changes)
     problem = problem_of(
         options.pop("problem"), **{field: options.pop(field) for field in FIELDS & options.keys()}
     )

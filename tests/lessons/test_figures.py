@@ -122,6 +122,11 @@ def test_03_two_wells(ran: Any) -> None:
         assert found_min[1] > 2 * found_min[0]
     assert near(ran.hovered.available_As, 5696.064, 3)
     assert near(ran.hovered.bound_As, 13_557.936, 3)
+    paper, lipo = ran.pauses_s.to_numpy()
+    assert near(paper[0], 888.9, 1)
+    assert near(lipo[0], 120.0, 1)
+    assert near(lipo[2], 33.7, 1)
+    assert near(paper[2], 2.1, 1)
 
 
 @slow
@@ -135,6 +140,8 @@ def test_04_when_the_battery_runs_dry(ran: Any) -> None:
     faults = {each.kind: each for each in optuav.replay(ran.promised["P1"]).violations}
     assert set(faults) == {"full", "empty"}
     assert near(faults["empty"].time_s, 1095.5, 2)
+    assert near(ran.later.runs_dry_s, 1127.7, 1)
+    assert ran.later.route == ran.promised["P1"].route
     assert ran.verdicts["flies"].tolist() == [False, False, True, True]
     assert near(ran.flown["P3"].hover_time_s, 577.52, 2)
     assert near(ran.flown["P1"].hover_time_s, 597.27, 2)
@@ -380,9 +387,9 @@ def test_20_what_matters_most(ran: Any) -> None:
     assert np.allclose(rates, rates.iloc[0], rtol=1e-6)
     assert swings_s.idxmax() == "laser.receiver_slope"
     of_share, of_flow = (row for _, row in ran.wells.iterrows())
-    assert abs(of_share["local_elasticity"]) < 1e-9
-    assert of_share["hover_low_s"] < ran.longest_s - 50.0
-    assert math.isclose(of_flow["swing_s"], 0.0, abs_tol=1e-6)
+    for wells in (of_share, of_flow):
+        assert abs(wells["local_elasticity"]) < 1e-9
+        assert math.isclose(wells["swing_s"], 0.0, abs_tol=1e-6)
     dry = optuav.solve(ran.slow, perspective="battery")
     assert dry.runs_dry_s is not None
     assert optuav.solve(ran.slow).hover_time_s < dry.hover_time_s
@@ -517,7 +524,7 @@ def test_28_how_far_does_a_laser_reach(ran: Any) -> None:
     best_s = ran.hover_s[-1]
     assert np.isclose(ran.hover_s[ran.powers_W >= 7500.0], best_s).all()
     assert (ran.hover_s[ran.powers_W <= 7000.0] < best_s - 1.0).all()
-    assert near(ran.hover_s[10] / 60.0, 40, 0)
+    assert near(ran.hover_s[10] / 60.0, 33, 0)
     assert ran.strong_budget.limit == "battery.charge_current_A = 11.76 A"
     for (wavelength_nm, aperture_m), far_km in ran.hazards_km.items():
         assert far_km > 3.0 * air_km
@@ -614,7 +621,7 @@ def test_32_how_many_drones(ran: Any) -> None:
     assert ran.rings.tolist() == [6 * m for m in range(1, 11)]
     assert ran.shared == [m + math.ceil(m * ran.R) for m in range(1, 11)]
     assert 615.0 < ran.pads[3].power_W < 625.0
-    assert near(ran.pads[5].power_W, 315.4, 1)
+    assert near(ran.pads[5].power_W, 315.5, 1)
     assert [pad.accepted for pad in ran.pads.values()] == [False, True, True, True]
     assert [event.drones for event in ran.events.values()] == [2, 3, 4, 4, 4]
 
@@ -653,6 +660,8 @@ def test_34_the_price_of_being_sure(ran: Any) -> None:
     best, careful = ran.shares.values()
     assert 0.4 < best < 0.6
     assert math.isclose(best, careful, abs_tol=0.01)
+    assert ran.flyable(ran.on_the_roof) == 1.0
+    assert 50.0 < ran.plan.hover_time_s - ran.on_the_roof.hover_time_s < 55.0
     assert ran.careful.hover_time_s == ran.plan.hover_time_s
     assert ran.flyable(ran.sure.plan) == 1.0
     gains = {row["number"]: row["gain_s"] for row in ran.sure.rows}

@@ -13,8 +13,9 @@ from optuav.network.timeline import simulated
 from optuav.paper.figures import grounded
 from optuav.plan.data import CANNOT
 from optuav.service.fleet import lasting
+from tests.wells import SLOW
 
-RELAY = optuav.load("relay-today")
+RELAY = optuav.load("relay-today").replace(SLOW)
 PLACED = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4}
 
 

@@ -19,6 +19,7 @@ import optuav  # noqa: E402
 from optuav import plots  # noqa: E402
 from optuav.errors import InputError, require  # noqa: E402
 from optuav.plots import files, style  # noqa: E402
+from tests.wells import SLOW  # noqa: E402
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -73,11 +74,12 @@ def test_without_a_plan_there_is_a_map_alone(nothing: optuav.Plan, tmp_path: Pat
 
 @pytest.mark.usefixtures("names_only")
 def test_a_twin_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where another perspective is flown alike, as with the shipped matrice350."""
+    """Where another perspective is flown alike, as in matrice350 with a reserve at the end."""
     drawn = list[int]()
     own = files.wells
     monkeypatch.setattr(files, "wells", lambda plans: drawn.append(len(plans)) or own(plans))
-    plan, twin = (optuav.solve("matrice350", perspective=x) for x in ("available", "battery"))
+    alike = optuav.load("matrice350").replace(SLOW)
+    plan, twin = (optuav.solve(alike, perspective=x) for x in ("available", "battery"))
     files.save_pictures(plan, tmp_path, [twin])
     files.save_pictures(optuav.solve("paper"), tmp_path, optuav.solve("paper", "P3"))
     assert drawn == [1, 2]

@@ -25,6 +25,7 @@ from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Boxes, Pattern, Terrain, least_sums
 from optuav.solving.several_stops import terrain
 from tests.examples import few
+from tests.wells import SLOW
 
 
 def terrain_of(mission: Mission) -> Terrain:
@@ -291,7 +292,7 @@ def test_stops_far_from_the_hover_are_chosen_last(monkeypatch: pytest.MonkeyPatc
 
 def test_a_last_rest_may_lift_the_charge() -> None:
     """Before a rest, less than min_soc may be left: only the end of the flight must have it."""
-    mission = optuav.load("matrice350").replace({"limits.deadline_s": 3000.0})
+    mission = optuav.load("matrice350").replace(SLOW)
     once = optuav.solve(mission)
     assert once.route == ("origin", "hover", "b5", "destination")
     low = once.phases[2]  # Landed on b5

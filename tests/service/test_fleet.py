@@ -15,6 +15,7 @@ from optuav.errors import InputError, NoPlanError
 from optuav.judge.fleets import busiest, longest_gap
 from optuav.looks import PHASES
 from tests.examples import few
+from tests.wells import SLOW
 
 SHIPPED = ["paper", "paper-table2", "matrice350"]
 
@@ -188,7 +189,7 @@ def test_pads_serve_the_fleet_with_its_overlap(mission: str, options: Any) -> No
 
 def test_no_pad_makes_up_for_an_overlap_as_long_as_the_hover() -> None:
     """One drone cannot cover all of the time; a long overlap is refused as for a fleet."""
-    mission = optuav.load("matrice350")
+    mission = optuav.load("matrice350").replace(SLOW)
     best = [each for each in mission.buildings if each.name == "b4"]
     cycle = optuav.coverage(mission.replace({"buildings": best}))
     with pytest.raises(InputError, match="must be at most half of the hover"):
@@ -256,7 +257,7 @@ def test_the_picture_and_the_table_of_a_fleet() -> None:
 def test_bad_fleets_are_refused(asked: Any, words: str) -> None:
     """Key, value and range."""
     with pytest.raises(InputError) as refusal:
-        optuav.coverage("matrice350").fleet(**asked)
+        optuav.coverage(optuav.load("matrice350").replace(SLOW)).fleet(**asked)
     assert words in str(refusal.value)
 
 

@@ -12,6 +12,7 @@ from optuav.errors import InputError, NoPlanError
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step
 from optuav.service.return_by import _time_for
 from tests.examples import few
+from tests.wells import SLOW
 
 WIND = {"wind.velocity_m_s": [12.0, 0.0, 0.0]}
 SHIPPED = ["paper", "paper-table2", "paper-drag", "matrice350", "relay-today"]
@@ -226,7 +227,8 @@ def test_wells_far_from_level_by_many_moments(seed: int) -> None:
 def test_no_monitor_says_leave_into_a_dry_well() -> None:
     """The bound well first has to refill the available one: the judge flies three moments."""
     low = {"start": {"available_As": 600.0, "bound_As": 4200.0}, "limits.min_soc": 0.0}
-    relay = optuav.load("relay-today").replace({"battery.flow_rate_per_s": 5e-4, **low, **WIND})
+    quick = SLOW | {"battery.flow_rate_per_s": 5e-4}
+    relay = optuav.load("relay-today").replace({**quick, **low, **WIND})
     times = optuav.return_by(relay)
     row = times.rows[0]
     assert row["earliest_s"] > 5.0
@@ -280,7 +282,7 @@ def test_no_answer_in_calm_air_is_told() -> None:
     """A battery so small that in calm air the legs alone take too much."""
     wind = {"wind.velocity_m_s": [0.0, 8.0, 0.0]}
     cycle = optuav.coverage(
-        optuav.load("relay-today").replace({"battery.capacity_As": 408, **wind})
+        optuav.load("relay-today").replace({**SLOW, "battery.capacity_As": 408, **wind})
     )
     assert cycle.calm_share is None
     assert "no building allows" in str(cycle)

@@ -280,6 +280,26 @@ def test_a_plan_that_fresh_samples_break_says_so() -> None:
     assert "not in the whole box" in str(replace(found, flyable=0.98))
 
 
+@pytest.mark.parametrize(
+    ("name", "aged_s", "cells_s"),
+    [("paper", 431.34, 589.04), ("matrice350", 1484.93, None), ("relay-today", 1846.41, 2355.66)],
+)
+def test_boxes_of_lithium_packs(name: str, aged_s: float, cells_s: float | None) -> None:
+    """An aged pack, and cells whose lag is 70 to 150 s, with the wells of `lipo`: known figures."""
+    flow = 0.16 / 30.0
+    wells = {"battery.available_fraction": 0.2, "battery.flow_rate_per_s": flow}
+    mission = optuav.load(name).replace({**wells, "limits.keep_soc": "end"})
+    full_As = mission.battery.capacity_As
+    aged: dict[str, Any] = {
+        "battery.capacity_As": {"low": 0.8 * full_As, "high": full_As},
+        "battery.flow_rate_per_s": {"low": flow / 1.2, "high": flow},
+    }
+    cells: dict[str, Any] = {"battery.flow_rate_per_s": {"low": 0.64 / 150.0, "high": 0.64 / 70.0}}
+    assert optuav.robust(mission, aged).hover_s == pytest.approx(aged_s, abs=5e-3)
+    if cells_s is not None:
+        assert optuav.robust(mission, cells).hover_s == pytest.approx(cells_s, abs=5e-3)
+
+
 def test_bad_input(tmp_path: Path) -> None:
     """One clear error, with all that is wrong."""
     wrong: Any

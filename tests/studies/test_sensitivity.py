@@ -21,6 +21,7 @@ from optuav.studies import scenarios as machine
 from optuav.studies.samples import Draws, independent, spreads, unstated
 from optuav.studies.sensitivity import Effect, Sensitivity
 from optuav.studies.uncertainty import Chances, FixedPlan, chances
+from tests.wells import SLOW
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
 
@@ -213,6 +214,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
     """The optimum of `paper` runs dry and is charged past full; that of `matrice350` is neither."""
     for name, expected in (("paper", False), ("matrice350", True)):
         mission = optuav.load(name)
+        mission = mission.replace(SLOW) if name == "matrice350" else mission
         fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
         columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
         kept = fixed.kept(Variants(build_network(mission), columns))
@@ -224,7 +226,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
 
 def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
     """Sample by sample, with another battery, air, load and speed; both verdicts occur."""
-    mission = optuav.load("matrice350").replace({"limits.deadline_s": 3100})
+    mission = optuav.load("matrice350").replace({**SLOW, "limits.deadline_s": 3100})
     plan = optuav.solve(
         mission.replace({"limits.deadline_s": 3000, "limits.min_soc": 0.23}), perspective="battery"
     )

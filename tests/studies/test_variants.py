@@ -75,6 +75,7 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
                 "steps",
                 "rests",
                 "known_levels",
+                "landings",
                 "flight_battery_J",
                 "hover_battery_J",
             }
@@ -83,6 +84,9 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
                 if left is None and right is None:
                     continue  # The mission states no such quantity
                 np.testing.assert_allclose(left, right, 1e-9, 1e-9, err_msg=field)
+            for mine, own in zip(given.landings, expected.landings, strict=True):
+                for left, right in zip(mine[:2], own[:2], strict=True):
+                    np.testing.assert_allclose(left, right, 1e-9, 1e-9, err_msg="landing")
             left, right = (adjusted(each, 100.0, 50.0) for each in (given, expected))
             np.testing.assert_allclose(left, right, 1e-9, 1e-9, err_msg="state of charge")
             for step, wanted in zip(given.steps, expected.steps, strict=True):
