@@ -25,7 +25,14 @@ from optuav.mission.mission import toml_of
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan
-from optuav.plan.display import levels, round_step, rounded_up, thinned
+from optuav.plan.display import (
+    levels,
+    low_landings,
+    reserve_from_s,
+    round_step,
+    rounded_up,
+    thinned,
+)
 from optuav.plan.plane import ROLES, SAMPLES, Plane
 from optuav.plan.summary import facts
 from optuav.solving import Program, formulate
@@ -106,7 +113,8 @@ def _control(control: Control, mission: Mission, still: Mapping[str, Idle]) -> D
     whole = None if control.axis is None else [*value]
     value = value if whole is None else whole[control.axis or 0]
     idle = still[control.key]._asdict() if control.key in still else None
-    return {**asdict(control), "value": value, "whole": whole, "idle": idle}
+    always = mission.limits.keep_soc == "always" if control.key == "limits.min_soc" else None
+    return {**asdict(control), "value": value, "whole": whole, "idle": idle, "always": always}
 
 
 def _map(mission: Mission, plan: Plan) -> Data:
@@ -160,6 +168,7 @@ def _wells(plan: Plan) -> Data:
     time_s, available_As, bound_As = thinned(levels(plan))
     total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
     mission, full_As = plan.mission, float(plan.mission.pool.capacity_As)
+    end_s = float(time_s[-1])
     return {
         "time_s": _listed(time_s, 3),
         "bound_As": _listed(bound_As, 1),
@@ -172,6 +181,9 @@ def _wells(plan: Plan) -> Data:
         "axes": [rounded_up(max(deadline_s, plan.mission_time_s)), rounded_up(1.1 * full_As)],
         "full_As": full_As,
         "least_As": mission.limits.min_soc * full_As,
+        "always": mission.limits.keep_soc == "always",
+        "holds_s": [reserve_from_s(mission, end_s), end_s],
+        "low": [landing._asdict() for landing in low_landings(plan)],
         "phases": [
             {
                 "kind": e.kind,

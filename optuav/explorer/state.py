@@ -19,6 +19,7 @@ from optuav.plan.display import round_step
 from optuav.solving.question import problem_of
 
 DRAGGED = ("link.device_m", "laser.position_m")  # Places that can be moved, beside roofs
+SWITCHED = "limits.keep_soc"  # Set by the switch beside the slider of η0
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
 STEPS = 200  # Most steps of a slider
 HIGHEST_SOC = 0.95  # End of the slider of η0, which must be less than 1
@@ -93,7 +94,7 @@ class State:
     def mission(self, base: Mission) -> Mission:
         """A mission with the changes; footprints move with their roofs."""
         allowed, values, faults = {control.key for control in controls(base)}, dict[str, Any](), []
-        allowed |= {key for key in DRAGGED if base.laser or key != "laser.position_m"}
+        allowed |= {SWITCHED, *(key for key in DRAGGED if base.laser or key != "laser.position_m")}
         for key, value in self.changes.items():
             roof = ROOF.fullmatch(key)
             if key not in allowed and (roof is None or roof[1] not in base.buildings.names):

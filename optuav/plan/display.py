@@ -20,6 +20,7 @@ from optuav.plan.summary import EDITED, HEADINGS, LEGEND, figures, heading, outc
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats
+    from optuav.mission import Mission
 
 WIDTH, HEIGHT = 440.0, 120.0  # Size of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
@@ -30,6 +31,7 @@ PIECES = 12  # Parts of a stage, as the wells do not change along straight lines
 LETTER, ROW = 6.5, 16.0  # About how wide a letter is, and how high a line of words [px]
 MOST_BESIDE = 3  # Entries of the legend beside which there is room for moments
 MOST_TICKS, MOST_POINTS = 6, 400
+AT_END = 0.06  # Part of the mission over which a reserve at its end is drawn
 ROUNDING = 1e-6  # Percent of the capacity, and share of a step
 
 
@@ -91,6 +93,35 @@ def levels(plan: PlanData) -> Levels:
         for step in steps(mission, plan.phases, PIECES):
             changes.append((step.start_s + step.stage.duration_s, *step.after))
     return Levels(*np.array(changes, dtype=float).T)
+
+
+def reserve_from_s(mission: Mission, end_s: float) -> float:
+    """Begin of the line of the reserve [s]: of the mission, or shortly before its end."""
+    return 0.0 if mission.limits.keep_soc == "always" else (1.0 - AT_END) * end_s
+
+
+class LowLanding(NamedTuple):
+    """An end of a flight, before the last, that leaves less than the reserve."""
+
+    time_s: float
+    charge_As: float  # In both wells of all packs
+    words: str
+
+
+def low_landings(plan: PlanData) -> list[LowLanding]:
+    """Landings and arrivals at the hover point with less charge than `limits.min_soc` [A s]."""
+    limits = plan.mission.limits
+    least_As = limits.min_soc * float(plan.mission.pool.full.total_As)
+    *flights, _ = (phase for phase in plan.phases if phase.kind == "flight")
+    allowed = "; allowed by keep_soc = end" if limits.keep_soc == "end" else ""
+    low = list[LowLanding]()
+    for phase in flights:
+        charge_As = sum(phase.available_As) + sum(phase.bound_As)
+        if charge_As < least_As * (1.0 - ROUNDING):
+            where = "at the hover point" if phase.end_place == "hover" else "on the roof"
+            words = f"below the reserve {where}{allowed}"
+            low.append(LowLanding(phase.end_s, charge_As, words))
+    return low
 
 
 def thinned(course: Levels) -> Levels:

@@ -15,7 +15,14 @@ from optuav.network.timeline import carry
 from optuav.physics.kibam import Battery
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan, Plans, load_plans
-from optuav.plan.display import AVAILABLE, BOUND, EXCESS, LACKING
+from optuav.plan.display import (
+    AVAILABLE,
+    BOUND,
+    EXCESS,
+    LACKING,
+    low_landings,
+    reserve_from_s,
+)
 from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, PINK, SKY, mark
@@ -36,7 +43,9 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
 
     The available well lies on the bound one, so that it runs dry where its band closes; charge the
     plan takes after that is hatched, and all that follows fades, as it cannot be flown. Charge that
-    the full well does not take is hatched as well.
+    the full well does not take is hatched as well. The line of the reserve spans the mission where
+    it holds at every landing, and stands at its end where it holds only there; landings below it
+    are marked.
 
     Parameters
     ----------
@@ -93,6 +102,11 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
             level_As = float(np.interp(dry_s, time_s, total_As))
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
             events.append((f"dry at {dry_s:.1f} s\n{left} A s still bound", dry_s, level_As, "dry"))
+        events += [
+            (landing.words, landing.time_s, landing.charge_As, "dry")
+            for landing in low_landings(plan)
+            if dry_s is None or landing.time_s < dry_s
+        ]
         ceiling = [(time_s[end], total_As[0]) for end in (0, -1)]
         mark(ax, events, under, [ceiling])
     return axes
@@ -121,10 +135,11 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     over.set(edgecolor=EXCESS, hatch=HATCH, label="past full")
     (line,) = ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
     line.set_label("total $y_1 + y_2$")
-    full_As = float(full.total_As)
+    full_As, end_s = float(full.total_As), float(time_s[-1])
     least_As = mission.limits.min_soc * full_As
-    for level_As, role in ((full_As, "overfull"), (least_As, "charge")):
-        ax.axhline(level_As, **style.limit(role, cased=True))
+    ax.axhline(full_As, **style.limit("overfull", cased=True))
+    holds = [reserve_from_s(mission, end_s), end_s]
+    ax.plot(holds, [least_As, least_As], **style.limit("charge", cased=True))
     low, (_, high) = min(0.0, *total_As), style.margins([0.0, *total_As, full_As], 0.16, 0.0)
     ax.set(ylim=(low, high), ylabel="charge [A s]")
     levels = {least_As: "to be kept: $η_0 B$", full_As: "full: $B$"}

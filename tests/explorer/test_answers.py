@@ -376,3 +376,25 @@ def test_more_buildings_than_a_page_draws_are_refused(paper: Mission) -> None:
     town = paper.with_buildings({**columns, "y_m": [9e3] * count, "z_m": [9.0] * count})
     with pytest.raises(InputError, match="at most 2000"):
         refuse_many(town)
+
+
+def test_a_switch_says_where_the_charge_must_stay() -> None:
+    """It stands beside the slider of η0, and its state is a change of the mission."""
+    relay = optuav.load("relay-today")
+    kept, low = (
+        answers(relay, {"changes": {"limits.keep_soc": each}}) for each in ("always", "end")
+    )
+    for found, always in ((kept, True), (low, False)):
+        switches = {each["key"]: each["always"] for each in found["controls"]}
+        assert switches.pop("limits.min_soc") is always
+        assert set(switches.values()) == {None}
+        assert found["wells"]["always"] is always
+    assert kept["wells"]["low"] == []
+    begin_s, end_s = kept["wells"]["holds_s"]
+    assert (begin_s, end_s) == (0.0, pytest.approx(kept["wells"]["phases"][-1]["end_s"]))
+    begin_s, end_s = low["wells"]["holds_s"]
+    assert begin_s == pytest.approx(0.94 * end_s)
+    (landing,) = low["wells"]["low"]
+    assert landing["words"] == "below the reserve on the roof; allowed by keep_soc = end"
+    assert landing["charge_As"] == pytest.approx(2027.1, abs=0.1)
+    assert answers(relay, {"changes": {"limits.keep_soc": "roof"}})["faults"]

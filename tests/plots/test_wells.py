@@ -200,3 +200,34 @@ def test_odd_batteries_are_drawn_without_texts_on_each_other(
 ) -> None:
     plan = optuav.solve(paper.mission.replace(values), **{"perspective": "battery", **options})
     assert overlaps(plots.wells([plan])[0].figure) == []
+
+
+def lines_of_the_reserve(ax: Axes) -> list[tuple[float, float]]:
+    """Begin and end of the lines in the colour of the charge that must stay [s]."""
+    drawn = [line for line in ax.lines if line.get_color() == LOOKS["charge"].light]
+    return [(float(x[0]), float(x[-1])) for line in drawn for x in [np.asarray(line.get_xdata())]]
+
+
+def test_the_line_of_the_reserve_says_where_it_holds() -> None:
+    """Over the whole mission if it holds at every landing, else only at its end."""
+    relay = optuav.load("relay-today")
+    for keep_soc in ("end", "always"):
+        plan = optuav.solve(relay.replace({"limits.keep_soc": keep_soc}))
+        (ax,) = plots.wells(plan)
+        ((begin_s, end_s),) = lines_of_the_reserve(ax)
+        assert end_s == pytest.approx(plan.mission_time_s)
+        assert begin_s == (0.0 if keep_soc == "always" else pytest.approx(0.94 * end_s))
+
+
+def test_a_landing_below_the_reserve_is_marked() -> None:
+    """On b11 at 2430.10 s with 4.8 % of 42 336 A s, in orange; none where 20 % are kept."""
+    relay = optuav.load("relay-today")
+    (low,) = plots.wells(optuav.solve(relay.replace({"limits.keep_soc": "end"})))
+    (dot,) = [line for line in low.lines if line.get_marker() == "o"]
+    (at,) = np.asarray(dot.get_xydata())
+    assert at == pytest.approx((2430.10, 2027.1), abs=0.1)
+    assert dot.get_color() == LOOKS["dry"].light
+    words = "below the reserve on the roof; allowed by keep_soc = end"
+    assert words in [text.get_text() for text in low.texts]
+    (kept,) = plots.wells(optuav.solve(relay))
+    assert not any("reserve" in text.get_text() for text in kept.texts)

@@ -22,8 +22,10 @@ export class Controls {
     this.#copy = copy;
     const on = (type, selector, act) =>
       root.addEventListener(type, (event) => event.target.matches(selector) && act(event.target, event));
-    on("input", ":is(.slider, .place) input", (input) => this.#enter(input));
+    on("input", ":is(.slider, .place) input:not([type=checkbox])", (input) => this.#enter(input));
     on("change", ".start select", () => this.begin(0));
+    on("change", ".switch input", ({checked}) =>
+      session.changeKey("limits.keep_soc", checked ? "always" : "end"));
     on("change", ".choice select", ({name, value}) => this.#choose(name, value || null));
     on("pointerdown", "[type=range]", () => session.hold());
     on("pointerup", "[type=range]", () => session.release());
@@ -129,7 +131,7 @@ export class Controls {
   #slider(control) {
     const {key, axis, label: words, symbol, unit} = control;
     const element = this.#copy("slider");
-    const [label, field, range] = element.querySelectorAll("label, input");
+    const [label, field, range] = element.querySelectorAll("label:first-child, .value, [type=range]");
     label.title = `${symbol}: ${key} [${unit}]`;
     label.htmlFor = range.id = `${this.#id}-${this.#fields.size}`;
     label.firstChild.textContent = words;
@@ -183,6 +185,9 @@ export class Controls {
     for (const [name, end] of [["at", value], ["from", idle?.low ?? 0], ["to", idle?.high ?? max]]) {
       element.style.setProperty(`--${name}`, `${at(end)}%`);
     }
+    const [toggle, box] = element.querySelectorAll(".switch, .switch input");
+    toggle.hidden = typeof control.always !== "boolean"; // Beside the charge that must stay
+    box.checked = Boolean(control.always);
     element.classList.toggle("idle", Boolean(idle));
     const note = element.querySelector(".note");
     note.textContent = idle ? stillness(control, idle) : "";

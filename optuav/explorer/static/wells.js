@@ -53,15 +53,17 @@ function charges({dry_s: dry}, rows) {
 }
 
 // Levels and moments that matter, and rings where the available well is just empty.
-function limits({dry_s, overfull_s, deadline_s, full_As, least_As}, rows, rings, {end, top, u}) {
+function limits(wells, rows, rings, {end, top, u}) {
+  const {dry_s, overfull_s, deadline_s, full_As, least_As, holds_s, low} = wells;
   const rule = (mark, at, role, options) => cased(role, u).map((look) => mark([at], {...look, ...options}));
   const over = {insetTop: -4, clip: false};
   const empty = rings.map((time) => [time, rowAt(rows, time).bound]);
   return [
     Plot.line(rows, {x: "time", y: "upper", stroke: colour("rim"), strokeWidth: 1.25 * u}),
     rule(Plot.ruleY, full_As, "overfull"),
-    rule(Plot.ruleY, least_As, "charge"),
+    cased("charge", u).map((look) => Plot.line(holds_s.map((time) => [time, least_As]), look)),
     deadline_s <= end && rule(Plot.ruleX, deadline_s, "deadline", {insetTop: TOP_PX - top, clip: false}),
+    Plot.dot(low, {x: "time_s", y: "charge_As", r: 5 * u, fill: colour("dry")}),
     Plot.dot(empty, {r: 5 * u, fill: colour("panel"), stroke: colour("dry"), strokeWidth: 2.5 * u}),
     overfull_s !== null && rule(Plot.ruleX, overfull_s, "overfull", over),
     dry_s !== null && rule(Plot.ruleX, dry_s, "dry", over),
@@ -111,6 +113,7 @@ function nameAll(view) {
   picture.avoid(dots(rows.map(({time, upper}) => [x(time), y(upper)])));
   if (wells.dry_s !== null) nameDry(view);
   else if (rings.length) nameEmpty(view);
+  if (wells.low.length) nameLow(view);
   nameWells(view);
   nameSpare(view);
 }
@@ -130,7 +133,7 @@ function nameBand({picture, rows}, words, {lower, upper, apart, ...look}, near, 
 
 // Names of both wells, and the charge that must stay: in the bound well, or else on its line.
 function nameWells(view) {
-  const {picture, wells: {least, least_As, dry_s}, last, end} = view;
+  const {picture, wells: {least, least_As, always, holds_s, dry_s}, last, end} = view;
   const {x, y, u} = picture;
   const inWell = {lower: ({bound}) => bound, upper: ({upper}) => upper, apart: 2.6, ...ON_DARK};
   const inBound = {lower: () => least_As, upper: ({bound}) => bound, apart: 0.8, ...ON_FILL};
@@ -138,12 +141,16 @@ function nameWells(view) {
   const well = nameBand(view, "available well", inWell, start, last);
   nameBand(view, "bound well", inBound, well?.x ?? start, last);
   if (least_As <= 0) return;
-  const choices = [`${least} of the charge must stay`, `${least} must stay`];
+  const when = always ? "at every landing" : "at the end";
+  const short = `${least} must stay`;
+  const choices = [`${least} of the charge must stay ${when}`, `${short} ${when}`, short];
   const until = dry_s ?? last;
-  for (const words of choices) if (nameBand(view, words, inBound, x(0.45 * end), until)) return;
-  const level = {y: y(least_As) - 6, anchor: "start"};
-  const on = d3.range(x(0) + 6, x(last), 20).map((left) => ({...level, x: left, cost: left}));
-  picture.put([choices[1]], on, {...STRONG, fill: "charge"});
+  const near = always ? x(0.45 * end) : x(holds_s[0]);
+  for (const words of choices) if (nameBand(view, words, inBound, near, until)) return;
+  const level = {y: y(least_As) - 6, anchor: always ? "start" : "end"};
+  const from = always ? x(0) + 6 : x(last);
+  const on = d3.range(x(0) + 6, x(last), 20).map((px) => ({...level, x: px, cost: Math.abs(px - from)}));
+  picture.put([short], on, {...STRONG, fill: "charge"});
 }
 
 // The full battery and the moment past it, where words have room below the phases.
@@ -181,6 +188,16 @@ function nameEmpty({picture, wells: {deadline_s}, rows, rings, end, narrow}) {
   const under = rows.filter(({time}) => Math.abs(x(time) - at) < half);
   const spot = {x: at, y: y(d3.max(under, ({upper}) => upper) ?? 0) - 10 * u, anchor: "middle"};
   picture.put([words], [spot], {...STRONG, fill: "dry"});
+}
+
+// A landing with less than the reserve, the first of several.
+function nameLow({picture, wells: {low: [{time_s, charge_As, words}]}, narrow}) {
+  const {x, y, size, u} = picture;
+  const said = narrow ? words.split("; ")[0] : words;
+  const starts = x(time_s) + wide(said, size, 600) < picture.right;
+  const side = starts ? {x: x(time_s) + 8 * u, anchor: "start"} : {x: x(time_s) - 8 * u, anchor: "end"};
+  const spot = {...side, y: y(charge_As) - 10 * u};
+  picture.put([said], [spot], {...STRONG, fill: "dry"});
 }
 
 // The time before the deadline, where no other words are.
