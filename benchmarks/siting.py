@@ -12,7 +12,7 @@ import optuav
 from benchmarks.timing import Row, median_s
 from optuav.arrays import Floats
 from optuav.options import Perspective
-from optuav.siting.places import hover_table
+from optuav.siting.places import HoverTimes
 from optuav.siting.selection import Selection, best_sites
 
 WALLS, HALF_RAD, FAR_S, MORE_S = 3, 0.35, 300.0, 700.0
@@ -42,7 +42,7 @@ def hover_times(perspective: Perspective, sites: int) -> Row:
     devices_m = draw.uniform([0.0, 500.0], [2000.0, 2800.0], (DEVICES, 2)).tolist()
     missions = [haze.replace({"link.device_m": [*each, 0.0]}) for each in devices_m]
     sites_m = np.column_stack([draw.uniform(0.0, 2000.0, (sites, 2)), np.full(sites, 60.0)])
-    all_s = median_s(lambda: hover_table(missions, sites_m, perspective), 3)
+    all_s = median_s(lambda: HoverTimes(missions, perspective).at(sites_m), 3)
     alone = [each.replace({"laser.position_m": sites_m[0].tolist()}) for each in missions]
     alone_s = median_s(lambda: [optuav.solve(each, perspective=perspective) for each in alone], 3)
     what = f"a hover time of {DEVICES} devices × {sites} sites, {perspective} / a solve"

@@ -2,113 +2,145 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
+from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.solving.best_plans import best_plans
+from optuav.solving.promising import FIRST, MANY, best_of_few, few_near, takes_few
 from optuav.solving.question import checked_question
+from optuav.status import SAME_S
+
+Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 AT_ONCE = 800
 """Missions times places of the laser computed together, about: as many as fit the cache."""
+SOME = 64  # Places of the laser computed together past many buildings
+NEAREST = 10  # Buildings that are tried first then, besides those that were the best so far
 LAST_M = 1.0  # Shortest step [m]
 WORTHWHILE = 1e-5  # Relative; for less no laser is moved
 ANGLES = np.arange(8) * np.pi / 4.0
 AROUND = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(8)])  # Steps to all sides
 
 
-def hover_table(missions: Sequence[Mission], sites_m: Floats, perspective: Perspective) -> Floats:
-    """Longest hovers (mission, site) [s] with the laser at each site (site, 3) [m].
+class HoverTimes:
+    """Hover times of missions with the laser elsewhere."""
 
-    NaN without a plan.
-    """
-    found_s = np.empty((len(missions), len(sites_m)))
-    for numbers, hover_s, _ in _with_laser_at(missions, sites_m, perspective):
-        found_s[numbers] = hover_s
-    return found_s
+    def __init__(
+        self, missions: Sequence[Mission], perspective: Perspective, tell: Progress | None = None
+    ) -> None:
+        self.missions, self.computed = missions, 0
+        self._tell = tell or (lambda *_: None)
+        self._questions = [checked_question(each, "P1", perspective) for each in missions]
+        # Towns, with the buildings to try first, and missions that differ only in their device.
+        self._towns, alike = dict[int, tuple[Places, list[int]]](), dict[Mission, list[int]]()
+        for number, mission in enumerate(missions):
+            if len(mission.buildings) >= MANY and takes_few(mission, self._questions[number]):
+                self._towns[number] = build_places(mission), []
+            else:
+                link = mission.link.model_copy(update={"device_m": (0.0, 0.0, 0.0)})
+                alike.setdefault(mission.model_copy(update={"link": link}), []).append(number)
+        self._alike = [*alike.values()]
+
+    def at(self, sites_m: Floats, words: str = "", total: int | None = None) -> Floats:
+        """The longest hovers (mission, site) [s] with the laser at each site (site, 3) [m].
+
+        NaN without a plan. The words say what they are for, and the total how many there will be.
+        """
+        hover_s = np.empty((len(self.missions), count := len(sites_m)))
+        for number in self._towns:
+            for some in (slice(begin, begin + SOME) for begin in range(0, count, SOME)):
+                self._tell(self.computed, total, words)
+                hover_s[number, some] = found_s = self._in_town(number, sites_m[some])
+                self.computed += found_s.size
+        at_once = max(1, AT_ONCE // count)
+        for group in self._alike:
+            for numbers in (group[k : k + at_once] for k in range(0, len(group), at_once)):
+                self._tell(self.computed, total, words)
+                hover_s[numbers] = found_s = self._together(numbers, sites_m)
+                self.computed += found_s.size
+        return hover_s
+
+    def lit(self, site_m: Floats) -> list[Booleans]:
+        """Return which places a laser at a site [m] lights, by mission (place,)."""
+        key = {"laser.position_m": site_m.tolist()}
+        places = (build_places(mission.replace(key)) for mission in self.missions)
+        return [each.received_power_W > 0.0 for each in places]
+
+    def _in_town(self, number: int, sites_m: Floats) -> Floats:
+        """The hovers of a mission with many buildings (site,) [s]."""
+        mission, (places, best) = self.missions[number], self._towns[number]
+        few = few_near(mission, places, NEAREST if best else FIRST, *best)
+        variants = Variants(few, _columns("laser.position_m", sites_m))
+        plans = best_of_few(variants, places, self._questions[number])
+        best[:] = np.unique((plans.route[plans.route > 0] - 1) // 2).tolist()
+        return plans.hover_time_s
+
+    def _together(self, numbers: list[int], sites_m: Floats) -> Floats:
+        """The hovers of missions that differ only in their device (mission, site) [s]."""
+        first, shape = numbers[0], (len(numbers), len(sites_m))
+        columns = _columns("laser.position_m", np.tile(sites_m, (shape[0], 1)))
+        if len(numbers) > 1:  # else legs have one row
+            devices_m = np.array([self.missions[number].link.device_m for number in numbers])
+            columns |= _columns("link.device_m", devices_m.repeat(shape[1], axis=0))
+        variants = Variants(build_network(self.missions[first]), columns)
+        return best_plans(variants, self._questions[first]).hover_time_s.reshape(shape)
 
 
 def refined(
-    missions: Sequence[Mission],
+    times: HoverTimes,
     position_m: Floats,
+    hover_s: Floats,
     reach_m: Floats,
-    perspective: Perspective,
     value: Callable[[Floats], float],
 ) -> tuple[Floats, Floats]:
     """Better places of the lasers (laser, 3) [m], and the hover times there (mission, laser) [s].
 
     Each stays within its reach (laser,) [m] and at its height. The `value` of hover times
-    (mission, laser) [s] is maximised; each mission takes its longest.
+    (mission, laser) [s], of which those at the start are given, is maximised; each mission takes
+    its longest.
 
     Where sight of the laser begins or ends the hover time jumps, so that no bound on its slope
     holds across. Within such borders it is tried point by point, each computed exactly as at a
-    candidate, and the result is the best of these points, without a bound.
+    candidate, and the result is the best of these points, without a bound. A laser around which a
+    step to any side changes no hover stays where it is.
     """
     start_m, position_m = position_m, position_m.copy()
-    tables = [_tried(missions, point_m[None], perspective) for point_m in start_m]
-    hover_s = np.concatenate([each for each, _ in tables], axis=1)
-    best, step_m = value(hover_s), 0.5 * reach_m.max(initial=0.0)
-    while step_m >= LAST_M:
+    lit_at_start = cache(lambda laser: times.lit(start_m[laser]))
+    best, step_m, left = value(hover_s), 0.5 * reach_m.max(initial=0.0), [*range(len(start_m))]
+    while step_m >= LAST_M and left:
         before = best
-        for laser, (_, lit) in enumerate(tables):
+        for laser in [*left]:
             points_m = position_m[laser] + step_m * AROUND
             far_m = np.linalg.norm(points_m - start_m[laser], axis=1)
             points_m = points_m[far_m <= reach_m[laser]]
             if not len(points_m):
                 continue
-            found_s, seen = _tried(missions, points_m, perspective)
-            for point in np.flatnonzero((seen == lit).all(axis=1)).tolist():
+            found_s = times.at(points_m, f"laser {laser + 1}, steps of {step_m:.3g} m")
+            gain_s = np.nan_to_num(found_s) - np.nan_to_num(hover_s[:, [laser]])
+            if len(points_m) == len(AROUND) and (np.abs(gain_s) <= SAME_S).all():
+                left.remove(laser)
+                continue
+            for point_m, column_s in zip(points_m, found_s.T, strict=True):
                 changed_s = hover_s.copy()
-                changed_s[:, laser] = found_s[:, point]
-                if (reached := value(changed_s)) > best + WORTHWHILE * abs(best):
-                    best, hover_s, position_m[laser] = reached, changed_s, points_m[point]
+                changed_s[:, laser] = column_s
+                reached = value(changed_s)
+                # Sight takes longer to find than hover times, so it comes last.
+                if reached > best + WORTHWHILE * abs(best) and all(
+                    map(np.array_equal, times.lit(point_m), lit_at_start(laser))
+                ):
+                    best, hover_s, position_m[laser] = reached, changed_s, point_m
         if best <= before + WORTHWHILE * abs(before):
             step_m *= 0.5
     return position_m, hover_s
-
-
-def _tried(
-    missions: Sequence[Mission], points_m: Floats, perspective: Perspective
-) -> tuple[Floats, Booleans]:
-    """Hover times at points (mission, point) [s], and lit places there (point, place of all)."""
-    hover_s, seen = np.empty((len(missions), len(points_m))), list[Booleans]()
-    for numbers, some_s, lit in _with_laser_at(missions, points_m, perspective):
-        hover_s[numbers] = some_s
-        seen += [*lit]
-    return hover_s, np.concatenate(seen, axis=1)
-
-
-def _with_laser_at(
-    missions: Sequence[Mission], sites_m: Floats, perspective: Perspective
-) -> Iterator[tuple[list[int], Floats, Booleans]]:
-    """Some missions by number, their hovers (mission, site) [s], lit places (…, site, place).
-
-    Missions that differ only in the place of their device are computed together.
-    """
-    alike = dict[Mission, list[int]]()
-    for number, mission in enumerate(missions):
-        link = mission.link.model_copy(update={"device_m": (0.0, 0.0, 0.0)})
-        alike.setdefault(mission.model_copy(update={"link": link}), []).append(number)
-    at_once = max(1, AT_ONCE // len(sites_m))
-    for group in alike.values():
-        for first in range(0, len(group), at_once):
-            numbers = group[first : first + at_once]
-            network, shape = build_network(missions[numbers[0]]), (len(numbers), len(sites_m))
-            columns = _columns("laser.position_m", np.tile(sites_m, (shape[0], 1)))
-            if len(numbers) > 1:  # else legs have one row
-                devices_m = np.array([missions[number].link.device_m for number in numbers])
-                columns |= _columns("link.device_m", devices_m.repeat(shape[1], axis=0))
-            variants = Variants(network, columns)
-            question = checked_question(network.mission, "P1", perspective)
-            hover_s = best_plans(variants, question).hover_time_s
-            power_W = variants.received.power_W
-            lit = np.broadcast_to(power_W > 0.0, (variants.count, power_W.shape[1]))
-            yield numbers, hover_s.reshape(shape), lit.reshape(*shape, -1)
 
 
 def _columns(key: str, points_m: Floats) -> dict[str, Floats]:

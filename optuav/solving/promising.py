@@ -1,6 +1,10 @@
-"""The routes of a mission with many buildings that may be the best, by bounds on all of them."""
+"""The routes that may be the best past many buildings, of a mission or of each of its variants."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +15,11 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.registry import AUTO
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.network import Network, network_by
+from optuav.network.network import Network, build_network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
 from optuav.network.variants import Columns, Variants, stacked
+from optuav.options import Perspective
+from optuav.physics.flight import Loads
 from optuav.physics.kibam import (
     Shift,
     Stage,
@@ -23,17 +29,20 @@ from optuav.physics.kibam import (
     start,
     tilted_after,
 )
-from optuav.physics.quantity import norm
+from optuav.physics.quantity import Quantity, Vector, norm
 from optuav.solving.assemble import figures
-from optuav.solving.balance import by_balance
+from optuav.solving.balance import Balance, affine_charge, by_balance, longest_by_balance
 from optuav.solving.best_plans import Best, best_plans, hover_bounds_s, impossible, takes_arrays
 from optuav.solving.program import SLACK_S, Program, declared_program
 from optuav.solving.question import Question
 
 AT_ONCE = 1 << 12
-"""Buildings that are bounded together: their legs stay in the cache."""
+"""Buildings that are bounded or solved together: their legs stay in the cache."""
+BOUNDED = 1 << 17  # Pairs of variants and buildings that are bounded together
+SHARE = 0.5  # Largest share of open buildings for which not all are solved
 FIRST, MOST = 50, 20_000  # Routes that are solved first, and at most
-RARE = 0.1  # Share of variants that may be solved on all routes
+MANY = 1000  # Buildings of a mission from which on each variant is solved over the open ones only
+RARE = 0.1  # Share of variants that the routes tried first may leave open
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
 
 
@@ -105,69 +114,223 @@ def _figures_s(network: Network) -> Floats:
     return np.where(routes.flyable, [promised_s, *by_order], -np.inf)[:, 1:]
 
 
-def fewer(network: Network, columns: Columns, question: Question) -> Network | None:
-    """Routes that give `best_of_few` most plans of such variants; None without any."""
-    mission, places, size = network.mission, network.places, FIRST // 2
-    known = question.perspective == AVAILABLE and mission.battery.charging == "constant"
-    known = known and mission.flight_model.least(0.0) is not None
-    if not known or question.problem != P1() or not takes_arrays(mission, question):
-        return None
+def few_near(mission: Mission, places: Places, size: int, *others: int) -> Network:
+    """The network of some buildings, and as many as stated that are nearest to the hover point."""
     away_m = norm(tuple((places.position_m - places.position_m[HOVER])[FIRST_BUILDING:].T))
-    likely = np.argsort(-hover_bounds_s(stacked(network), AVAILABLE)[1:, 0], kind="stable") // 2
-    while 4 * size <= len(away_m):
-        chosen = np.union1d(likely[: 2 * size], np.argsort(away_m, kind="stable")[:size])
-        few = Variants(network_by(mission, places, chosen), columns)
-        if np.mean(_open(few, best_plans(few, question).hover_time_s)) <= RARE:
-            return few.network
-        size *= 4
-    return None
+    nearest = np.argsort(away_m, kind="stable")[:size]
+    return _network_of(mission, places, np.union1d(nearest, np.array(others, dtype=np.intp)))
 
 
-def best_of_few(variants: Variants, network: Network, question: Question) -> Best:
-    """The plans that `best_plans` finds on a whole network, for variants of few of its routes.
+def fewer(network: Network, columns: Columns, question: Question) -> Network | None:
+    """Routes that give `best_of_few` most plans of such variants at once.
 
-    Those that the few do not decide are found on all routes.
+    Without variants to try them on, those near the hover point; None in smaller missions.
     """
+    mission, places, size, few = network.mission, network.places, FIRST // 2, None
+    buildings = len(mission.buildings)
+    if question.perspective != AVAILABLE or not takes_few(mission, question):
+        return None
+    if not columns or mission.flight_model.least(0.0) is None:
+        return few_near(mission, places, FIRST) if buildings >= MANY else None
+    likely = np.argsort(-hover_bounds_s(stacked(network), AVAILABLE)[1:, 0], kind="stable") // 2
+    while 4 * size <= buildings:
+        tried = few_near(mission, places, size, *likely[: 2 * size].tolist())
+        variants = Variants(tried, columns)
+        if np.mean(_open(variants, best_plans(variants, question).hover_time_s, AVAILABLE)) <= RARE:
+            return tried
+        few = few or tried
+        size *= 4
+    return few if buildings >= MANY else None
+
+
+def takes_few(mission: Mission, question: Question) -> bool:
+    """Return whether `best_of_few` answers a question."""
+    known = question.perspective in (AVAILABLE, "battery") and question.problem == P1()
+    constant = mission.battery.charging == "constant"
+    return known and constant and takes_arrays(mission, question)
+
+
+def best_of_few(variants: Variants, places: Places, question: Question) -> Best:
+    """The plans that `best_plans` finds over all places, for variants of few of their routes.
+
+    Variants that the few do not decide are solved over more of the buildings that bounds leave
+    open, the nearest first, until no other is; and over all buildings where bounds leave most of
+    them open, or there is no plan, for its reason.
+    """
+    network, columns, plans = variants.network, variants.columns, _numbered(variants, question)
+    mission, longest_s = network.mission, plans["hover_time_s"].copy()
+    count, direct = len(mission.buildings), network.only([0])
+
+    def solve(over: Network, some: Integers) -> None:
+        """Solve some variants over a network, in place of what they have."""
+        for name, values in _numbered(Variants(over, _rows(columns, some)), question).items():
+            plans[name][some] = values
+        longest_s[some] = np.fmax(longest_s[some], plans["hover_time_s"][some])
+
+    (undecided,) = np.nonzero(_open(variants, longest_s, question.perspective))
+    planned = np.isfinite(longest_s[undecided])
+    over_all = [undecided[~planned]]
+    for some in _in_turn(undecided[planned], 1 + BOUNDED // count):
+        left, size, solved = some, 2 * FIRST, np.zeros((len(some), count), bool)
+        solved[:, network.routes.building[1:]] = True
+        while len(left):
+            batch = Variants(direct, _rows(columns, left))
+            open_ = _contending(batch, longest_s[left], question.perspective)
+            most = open_.sum(axis=1) > SHARE * count
+            over_all.append(left[most])
+            more = (open_ & ~solved).any(axis=1) & ~most
+            away_m = np.broadcast_to(_away_m(batch, mission.buildings.roof_m), open_.shape)
+            left, solved = left[more], _nearest(open_[more], away_m[more], size)
+            for members, buildings in _together(solved):
+                solve(_network_of(mission, places, buildings), left[members])
+            size *= 4
+    for some in _in_turn(np.concatenate(over_all), 1 + BOUNDED // (2 * count)):
+        solve(build_network(mission), some)
+    return Best(**plans)
+
+
+def _nearest(open_: Booleans, away_m: Floats, size: int) -> Booleans:
+    """So many of the open buildings in each row, the nearest (variant, building)."""
+    if size >= open_.shape[1]:
+        return open_
+    far_m = np.partition(np.where(open_, away_m, np.inf), size - 1, axis=1)[:, [size - 1]]
+    return np.asarray(open_ & (away_m <= far_m))
+
+
+def _rows(columns: Columns, some: Integers) -> Columns:
+    """Columns of some variants."""
+    return {key: values[some] for key, values in columns.items()}
+
+
+def _in_turn(numbers: Integers, at_once: int) -> Iterator[Integers]:
+    """Numbers, so many at a time."""
+    return (numbers[k : k + at_once] for k in range(0, len(numbers), at_once))
+
+
+def _network_of(mission: Mission, places: Places, buildings: Integers) -> Network:
+    """The network of only some buildings, by number, and of no other places.
+
+    For variants, which find what stands in the way of their legs by themselves.
+    """
+    clear = mission.replace({"flight.obstacles": "ignore"})
+    network = network_by(clear, places, np.sort(buildings))
+    return replace(network.only(np.arange(len(network.routes))), mission=mission)
+
+
+def _numbered(variants: Variants, question: Question) -> dict[str, Any]:
+    """The best plans of variants of few routes, with the numbers that those have among all."""
     routes = variants.network.routes
     plans = {name: np.array(each) for name, each in vars(best_plans(variants, question)).items()}
     number = np.where(routes.building < 0, 0, 2 * routes.building + 2 - routes.rest_first)
     plans["route"] = np.append(number, -1)[plans["route"]]
-    (left,) = np.nonzero(_open(variants, plans["hover_time_s"]))
-    at_once = 1 + variants.count * len(routes) // len(network.routes)
-    for some in np.split(left, range(at_once, len(left), at_once)):
-        batch = Variants(network, {key: values[some] for key, values in variants.columns.items()})
-        for name, values in vars(best_plans(batch, question)).items() if len(some) else ():
-            plans[name][some] = values
-    return Best(**plans)
+    return plans
 
 
-def _open(variants: Variants, hover_s: Floats) -> Booleans:
-    """Variants where other buildings may give a plan as good as the best of these routes.
+def _together(open_: Booleans) -> Iterator[tuple[list[int], Integers]]:
+    """Variants that are solved together, by number, and the buildings that are open to any."""
+    members, union = list[int](), np.zeros(open_.shape[1], bool)
+    for number in np.argsort(open_.sum(axis=1), kind="stable").tolist():
+        wider = union | open_[number]
+        if members and (1 + len(members)) * np.count_nonzero(wider) > AT_ONCE:
+            yield members, np.flatnonzero(union)
+            members, wider = [], open_[number]
+        members, union = [*members, number], wider
+    if members:
+        yield members, np.flatnonzero(union)
+
+
+def _away_m(variants: Variants, roofs_m: Floats) -> Floats:
+    """Distances of roofs (roof, 3) [m] from the hover point (variant or 1, roof) [m]."""
+    x, y, z = np.moveaxis(variants.position_m[:, [HOVER]] - roofs_m, -1, 0)
+    return np.asarray(norm((x, y, z)))
+
+
+def _open(variants: Variants, hover_s: Floats, perspective: Perspective) -> Booleans:
+    """Variants where other buildings may give a plan as good as the best of these routes."""
+    mission, possible = variants.mission, impossible(variants) == 0
+    roofs_m = np.delete(mission.buildings.roof_m, variants.network.routes.building[1:], axis=0)
+    leg = mission.flight_model.least(_away_m(variants, roofs_m).min(axis=1, keepdims=True))
+    if perspective != AVAILABLE or leg is None:
+        return np.asarray(possible)
+    after, before = _through_wells(variants, hover_s, leg, leg)
+    return np.asarray(possible & (after | before)[:, 0])
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _contending(variants: Variants, hover_s: Floats, perspective: Perspective) -> Booleans:
+    """Where a rest may give a plan as good as some hovers [s] (variant, building).
+
+    By charge and time, and through the wells, as if nothing stood in the way of legs and light.
+    """
+    mission, table, flight = variants.mission, figures(variants), variants.mission.flight_model
+    roofs_m, wells = mission.buildings.roof_m, perspective == AVAILABLE
+    open_ = np.ones((variants.count, len(roofs_m)), bool)
+    if wells and (leg := flight.least(_away_m(variants, roofs_m))) is not None:
+        after, before = _through_wells(variants, hover_s, leg, leg)
+        open_ &= after | before
+    (some,) = np.nonzero(open_.any(axis=0))
+    roof_m = tuple(roofs_m[some].T[:, None])
+    ends_m = np.moveaxis(variants.position_m[:, :FIRST_BUILDING, None], (1, 3), (0, 1))
+    origin, hover, destination = (_way(end_m, roof_m) for end_m in ends_m)
+    from_origin, to_roof = flight.leg(origin), flight.leg(hover)
+    from_roof, to_destination = flight.leg(_back(hover)), flight.leg(_back(destination))
+    kept = [np.ones((1, 1), bool)] * 2
+    if wells:
+        kept = [*_through_wells(variants, hover_s, from_roof, to_roof)]
+    received, drawn = vehicle.charging(mission, roof_m), flight.rest()
+    may = np.zeros((variants.count, len(some)), bool)
+    orders = ((from_origin, from_roof), 1), ((to_roof, to_destination), 0)
+    for ((one, other), shared), by_wells in zip(orders, kept, strict=True):
+        shared_s, shared_As, _ = (each[:, [shared]] for each in variants.of_legs)
+        given = replace(
+            table,
+            flight_time_s=shared_s + one.duration_s + other.duration_s,
+            flight_charge_As=shared_As + one.charge_As + other.charge_As,
+            rest_current_A=received.current_A - drawn.current_A,
+        )
+        routes = Balance(*affine_charge(given, "battery"), given.time_left)
+        may |= by_wells & (longest_by_balance(routes) >= hover_s[:, None] - SLACK_S)
+    open_[:, some] &= may
+    return open_
+
+
+def _way(start_m: Sequence[Quantity], end_m: Sequence[Quantity]) -> Vector:
+    """The way from one place to another [m]."""
+    x, y, z = (end - start for start, end in zip(start_m, end_m, strict=True))
+    return x, y, z
+
+
+def _back(way_m: Vector) -> Vector:
+    """The way back [m]."""
+    x, y, z = way_m
+    return -x, -y, -z
+
+
+def _through_wells(
+    variants: Variants, hover_s: Floats, from_roof: Loads, to_roof: Loads
+) -> tuple[Booleans, Booleans]:
+    """Where the wells may allow hovers [s] after a rest, and before one (variant, roof).
 
     No rest leaves more than full wells (`optuav.physics.kibam`), so the available well must not be
     empty after the flight to the hover point, the hover and the next flight, if both wells are full
     before. Where it falls all along, longer hovers and flights leave less; the leg between roof
-    and hover point counts its charge at the least that any such leg draws.
+    and hover point counts its charge only.
     """
     mission, table = variants.mission, figures(variants)
-    pool, hover_m = mission.pool, variants.position_m[:, [HOVER]]
-    roofs_m = np.delete(mission.buildings.roof_m, variants.network.routes.building[1:], axis=0)
-    x, y, z = np.moveaxis(hover_m - roofs_m, -1, 0)
-    nearest_m = np.sqrt((x * x + y * y + z * z).min(axis=1, keepdims=True))
-    loads = mission.flight_model.least(nearest_m)
-    assert loads is not None
-    leg = gentlest(pool, loads.charge_As, loads.least_current_A)
+    pool = mission.pool
     hover = Stage(-table.hover_current_A, hover_s[:, None] - SLACK_S)
+    falls = falls_throughout(pool, hover.current_A) & variants.falls_in_flight
+    back, there = (
+        gentlest(pool, loads.charge_As, loads.least_current_A) for loads in (from_roof, to_roof)
+    )
     to_hover, from_hover = (
         [Shift(*(part[:, [number]] for part in shift)) for shift in variants.shifts]
         for number in (0, 1)
     )
-    falls = falls_throughout(pool, hover.current_A)
     ways: list[tuple[Tilted, list[Stage | Shift]]] = [
-        (start(pool), [leg, hover, *from_hover]),
-        (vehicle.start(mission), [*to_hover, hover, leg]),
+        (start(pool), [back, hover, *from_hover]),
+        (vehicle.start(mission), [*to_hover, hover, there]),
     ]
     ends = [tilted_after(pool, begin, *way).wells(pool).available_As for begin, way in ways]
-    short = np.maximum(*ends) < -SHORT * pool.capacity_As
-    decided = (short & falls & variants.falls_in_flight)[:, 0]
-    return np.asarray(~decided & (impossible(variants) == 0))
+    after, before = (~(falls & (end < -SHORT * pool.capacity_As)) for end in ends)
+    return after, before

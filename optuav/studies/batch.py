@@ -182,7 +182,11 @@ def batch(
 
 
 def labelled(found: Solved) -> xarray.Dataset:
-    """Return the solved batch as a dataset."""
+    """Return the solved batch as a dataset.
+
+    Its variables and indices are ready made: xarray imports Dask to look at any others.
+    """
+    import pandas as pd
     import xarray
 
     dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
@@ -191,13 +195,22 @@ def labelled(found: Solved) -> xarray.Dataset:
     for key, each in {**found.labels, **found.keys}.items():
         first = key if key in dims else rows
         along = (first, "roof", "axis") if key == ROOFS else (first,)
-        coordinates[key] = along, each, {"units": unit[key]} if key in unit else {}
+        values, attributes = np.asarray(each), {"units": unit[key]} if key in unit else {}
+        if along != (key,):
+            coordinates[key] = xarray.Variable(along, values, attributes, fastpath=True)
+        elif values.dtype.kind in "if":
+            index = pd.Index(values, name=key)
+            ready: Any = xarray.IndexVariable  # Without types
+            coordinates[key] = ready(along, index, attributes, fastpath=True)
+        else:  # Words
+            coordinates[key] = along, values, attributes
     variables = dict[str, Any]()
     for name, values in found.values.items():
         title, measure = LABELS[name]
         measure = found.unit if name in ("objective", "bound") else measure
         more = _flags(name, words[name]) if name in CODED else {"units": measure} if measure else {}
-        variables[name] = dims, values, {"long_name": title, **more}
+        attributes = {"long_name": title, **more}
+        variables[name] = xarray.Variable(dims, values, attributes, fastpath=True)
     return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", **found.facts})
 
 
@@ -333,8 +346,9 @@ def best_of(
 ) -> Iterator[tuple[int, Variants, list[Best]]]:
     """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
     few = None
-    if len(questions) == 1 and scenarios.count > TRIED and not scenarios.towns:
-        few = fewer(scenarios.network, scenarios.columns(0, TRIED), questions[0])
+    if len(questions) == 1 and not scenarios.towns:
+        tried = scenarios.columns(0, TRIED) if scenarios.count > TRIED else {}
+        few = fewer(scenarios.network, tried, questions[0])
     for first, variants in scenarios.variants(few):
         answers = list[Best]()
         for question in questions:
@@ -343,7 +357,7 @@ def best_of(
                     if few is None:
                         answers.append(best_plans(variants, question))
                     else:
-                        answers.append(best_of_few(variants, scenarios.network, question))
+                        answers.append(best_of_few(variants, scenarios.network.places, question))
                     continue
             missions = scenarios.missions(first, variants.count)
             singly = (vars(best_alone(one, question)).values() for one in missions)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from typing import Any, get_args
 
 import numpy as np
@@ -190,3 +192,10 @@ def test_points_that_are_as_good_are_counted_with_the_reason() -> None:
     assert alone.attrs["best_points"] == 1
     words = summary(hovers("laser.position_m", haze, 500, bounds, None, "available"))
     assert "other point" not in words
+
+
+def test_a_map_does_not_import_dask() -> None:
+    """No map has chunks: xarray asks Dask of data that it wraps itself."""
+    code = "import sys, optuav; optuav.maps.device('paper', 500); print('dask' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -16,7 +16,8 @@ from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.options import Perspective
-from optuav.siting.places import hover_table
+from optuav.siting import places as siting
+from optuav.siting.places import HoverTimes
 from optuav.status import Status
 
 CANDIDATES_M = np.array(
@@ -61,7 +62,7 @@ def solved_s(missions: list[Mission], sites_m: Floats, perspective: Perspective)
 @pytest.mark.parametrize("perspective", ["available", "wells", "battery"])
 def test_table_is_that_of_single_solves(perspective: Perspective) -> None:
     """The hover point that moves with the laser, and sight past the wall, included."""
-    found_s = hover_table(devices(), CANDIDATES_M, perspective)
+    found_s = HoverTimes(devices(), perspective).at(CANDIDATES_M)
     assert np.isnan(found_s[3]).all()
     expected_s = solved_s(devices(), CANDIDATES_M, perspective)
     np.testing.assert_allclose(np.nan_to_num(found_s), expected_s, rtol=0.0, atol=2e-6)
@@ -73,9 +74,9 @@ def test_table_does_not_mix_missions_up() -> None:
     short = [each.replace({"limits.deadline_s": 700}) for each in devices()]
     mixed = [each for pair in zip(devices(), short, strict=True) for each in pair]
     sites_m = np.concatenate([CANDIDATES_M] * 500) + np.arange(2000.0)[:, None] * [0.1, 0.0, 0.0]
-    together_s = hover_table(mixed, sites_m, "battery")
+    together_s = HoverTimes(mixed, "battery").at(sites_m)
     for mission, row_s in zip(mixed, together_s, strict=True):
-        (alone_s,) = hover_table([mission], sites_m[::97], "battery")
+        (alone_s,) = HoverTimes([mission], "battery").at(sites_m[::97])
         np.testing.assert_allclose(row_s[::97], alone_s, rtol=0.0, atol=1e-9)
     assert (np.nan_to_num(together_s[::2]) > np.nan_to_num(together_s[1::2])).any()
 
@@ -276,3 +277,64 @@ def test_what_is_alike_is_counted_with_the_reason() -> None:
     cover = optuav.place_laser([haze] * 2, sites_m, objective="covered", at_least_s=1)
     assert cover.selection.alike == (2,)
     assert "caps" not in str(cover)
+
+
+def in_a_town() -> list[Mission]:
+    """Many roofs, some with walls, and the device in two places."""
+    draw, count = np.random.default_rng(3), 40
+    roofs_m = {"x_m": draw.uniform(0.0, 2000.0, count), "y_m": draw.uniform(0.0, 2500.0, count)}
+    roofs_m["z_m"] = draw.uniform(10.0, 60.0, count)
+    walls_m = dict.fromkeys(("width_m", "depth_m"), draw.choice([np.nan, 10.0], count))
+    table = {"name": [f"b{k}" for k in range(count)], **roofs_m, **walls_m}
+    return [mission.with_buildings(table) for mission in devices()[:2]]
+
+
+@pytest.mark.parametrize("perspective", ["available", "battery"])
+def test_in_a_town_the_same_buildings_decide(
+    perspective: Perspective, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where few buildings are tried first, times, sites and moves are those over all of them."""
+    options: dict[str, Any] = {"perspective": perspective}
+    sites_m = np.array([[0.0, 0.0, 150.0], [2000.0, 0.0, 150.0]])
+    known = optuav.place_laser(in_a_town(), sites_m, **options)
+    monkeypatch.setattr(siting, "MANY", 20)
+    monkeypatch.setattr(siting, "FIRST", 5)
+    found = optuav.place_laser(in_a_town(), sites_m, **options)
+    np.testing.assert_array_equal(found.candidate_hover_s, known.candidate_hover_s)
+    np.testing.assert_array_equal(found.position_m, known.position_m)
+    np.testing.assert_array_equal(found.hover_s, known.hover_s)
+    assert found.selection == known.selection
+    assert (found.position_m != sites_m[list(found.selection.sites)]).any()
+    hover_s = solved_s(in_a_town(), sites_m, perspective)
+    np.testing.assert_allclose(found.candidate_hover_s, hover_s, rtol=0.0, atol=2e-6)
+
+
+def test_refinement_ends_where_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the charger caps the current, eight points are tried, and sight is not asked for."""
+    told, sites_m = list[tuple[int, int | None, str]](), [[1000, 0, 50], [1000, 900, 50]]
+    monkeypatch.setattr(HoverTimes, "lit", None)
+    found = optuav.place_laser("paper", sites_m, progress=lambda *each: told.append(each))
+    assert found.position_m.tolist() == [sites_m[found.selection.sites[0]]]
+    assert told == [(0, 2, "hover times"), (2, None, "laser 1, steps of 225 m")]
+
+
+def test_progress_counts_hover_times_and_may_stop_the_work() -> None:
+    """The count rises, with a total for the table; an interrupt ends it, and changes no answer."""
+    told = list[tuple[int, int | None, str]]()
+
+    def tell(done: int, total: int | None, words: str) -> None:
+        told.append((done, total, words))
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    known = optuav.place_laser(devices(), CANDIDATES_M, 2)
+    with pytest.raises(KeyboardInterrupt):
+        optuav.place_laser(devices(), CANDIDATES_M, 2, progress=tell)
+    assert told[0] == (0, 16, "hover times")
+    assert told[1][:2] == (16, None)
+    assert told[2][2].startswith("laser 2, steps of ")
+    again = optuav.place_laser(devices(), CANDIDATES_M, 2, progress=tell)
+    assert [done for done, _, _ in told[3:]] == sorted(done for done, _, _ in told[3:])
+    assert again.to_dict() == known.to_dict()
+    with pytest.raises(optuav.InputError, match="progress"):
+        optuav.place_laser("paper", CANDIDATES_M, progress=1)  # type: ignore[arg-type]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from importlib import import_module
 from typing import Any
 
@@ -11,10 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
+from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
+from optuav.network import obstacles as sight
 from optuav.network.network import build_network
+from optuav.network.variants import Variants
 from optuav.solving import promising
-from optuav.solving.question import checked_question
+from optuav.solving.question import Question, checked_question
+from optuav.studies.scenarios import Scenarios
 from tests.examples import few
 
 KINDS: list[dict[str, Any]] = [{"perspective": each} for each in ("available", "battery", "energy")]
@@ -139,10 +144,77 @@ def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
     }
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
-        for name, value in {"FIRST": 4, "RARE": 1.0}.items():
+        for name, value in {"FIRST": 4, "RARE": 1.0, "AT_ONCE": 40, "BOUNDED": 100}.items():
             patched.setattr(promising, name, value)
         patched.setattr(import_module("optuav.studies.batch"), "TRIED", 7)
         patched.setattr(import_module("optuav.studies.scenarios"), "AT_ONCE", 80)
         found = optuav.batch_arrays(mission, values, paired=True)
     for name, each in known.items():
         np.testing.assert_array_equal(found[name], each, err_msg=name)
+
+
+def anywhere(seed: int, count: int = 40) -> tuple[Mission, dict[str, Floats]]:
+    """A mission among random buildings, and variants whose device and laser are elsewhere."""
+    draw, variants = np.random.default_rng([11, seed]), 12
+    mission = optuav.load(("paper", "relay-today", "paper-drag")[seed % 3])
+    assert mission.laser is not None
+    device_m, laser_m = mission.link.device_m, mission.laser.position_m
+    middle_m = {"x_m": device_m[0], "y_m": device_m[1]}
+    table = {name: at_m + draw.uniform(-900.0, 900.0, count) for name, at_m in middle_m.items()}
+    table |= {name: draw.uniform(5.0, 60.0, count) for name in ("width_m", "depth_m", "z_m")}
+    values = {
+        "link.device_m[0]": device_m[0] + draw.uniform(-200.0, 200.0, variants),
+        "laser.position_m[0]": laser_m[0] + draw.uniform(-400.0, 400.0, variants),
+        "laser.position_m[1]": laser_m[1] + draw.uniform(-400.0, 400.0, variants),
+        "limits.deadline_s": draw.choice([200.0, 900.0, 2400.0], variants),
+        "battery.flow_rate_per_s": draw.choice([4.5e-5, 4.5e-5, 1e-2], variants),
+    }
+    return mission.with_buildings({"name": [f"b{k}" for k in range(count)], **table}), values
+
+
+@pytest.mark.parametrize(
+    ("seed", "tried", "share"), [(0, 5, 0.5), (1, 64, 1.0), (2, 5, 1.0), (3, 64, 0.5)]
+)
+def test_variants_in_a_town_have_the_plans_of_a_loop(seed: int, tried: int, share: float) -> None:
+    """Whatever moves: those of single solves, and to the last bit those over all routes."""
+    mission, values = anywhere(seed)
+    known = optuav.batch_arrays(mission, values, paired=True)
+    with pytest.MonkeyPatch.context() as patched:
+        small = {"FIRST": 2, "MANY": 0, "AT_ONCE": 40, "BOUNDED": 100, "SHARE": share}
+        for name, value in small.items():
+            patched.setattr(promising, name, value)
+        patched.setattr(import_module("optuav.studies.batch"), "TRIED", tried)
+        found = optuav.batch_arrays(mission, values, paired=True)
+    for name, each in known.items():
+        np.testing.assert_array_equal(found[name], each, err_msg=name)
+    for row in range(0, 12, 5):
+        one = {key: each[row : row + 1] for key, each in values.items()}
+        (alone,) = Scenarios(mission, one).missions(0, 1)
+        assert isinstance(alone, Mission)
+        plan = optuav.solve(alone)
+        hover_s = plan.hover_time_s if plan else math.nan
+        assert found["hover_time_s"][row] == pytest.approx(hover_s, abs=2e-6, nan_ok=True)
+
+
+def test_bounds_leave_few_buildings_to_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 60 lasers by 300 buildings, less than a fifth of all routes and of all lines of sight."""
+    town, _ = anywhere(0, 300)
+    lines, routes, solve, crossed = list[int](), list[int](), promising._numbered, sight.crossed
+
+    def counted(*each: Any) -> Integers:
+        lines.append(len(each[1]))
+        return crossed(*each)
+
+    def numbered(variants: Variants, question: Question) -> dict[str, Any]:
+        routes.append(variants.count * len(variants.network.routes))
+        return solve(variants, question)
+
+    draw, places = np.random.default_rng(5), build_network(town).places
+    lasers_m = {f"laser.position_m[{axis}]": draw.uniform(0.0, 2000.0, 60) for axis in (0, 1)}
+    monkeypatch.setattr(promising, "_numbered", numbered)
+    monkeypatch.setattr(sight, "crossed", counted)
+    few = promising.few_near(town, places, 10)
+    best = promising.best_of_few(Variants(few, lasers_m), places, checked_question(town))
+    assert (best.route > 0).all()
+    assert sum(routes) < 0.2 * 60 * 601
+    assert sum(lines) < 0.2 * 60 * 303
