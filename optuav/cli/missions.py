@@ -17,7 +17,6 @@ import optuav
 from optuav.cli.options import is_plan, mission_of
 from optuav.cli.output import NO, check_places, deliver, say
 from optuav.errors import Fault, decimal, line_width, refuse
-from optuav.laser.beam import SpreadingBeam
 
 if TYPE_CHECKING:
     from optuav.fields import MissionSection
@@ -87,6 +86,7 @@ def _data(mission: Mission) -> dict[str, Any]:
 def _pieces(mission: Mission) -> Iterator[str]:
     """The mission's tables, and what follows from them: name, value and unit, a line each."""
     from optuav.fields import MissionSection
+    from optuav.laser.beam import SpreadingBeam
     from optuav.network.feasibility import building_figures, derived, link_figures
 
     yield f"{mission.name}  {mission.description}".rstrip()

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
@@ -25,7 +25,9 @@ from optuav.mission.files import ending_of, seen_from, write_text
 from optuav.mission.forms import CHOICES, SCHEMA, TABLES, Flight, Source, table_keys
 from optuav.mission.messages import counted, nearest, no_building, path_of, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
-from optuav.physics import kibam
+
+if TYPE_CHECKING:
+    from optuav.physics.kibam import Battery
 
 ENERGIES = ("flight_energy_J", "hover_energy_J")
 _ENERGIES = {f"battery.{key}" for key in ENERGIES}
@@ -113,11 +115,13 @@ class Mission(MissionSection):
         return (BEAMS[self.laser.beam] if self.laser.beam else Fits).of(self)
 
     @cached_property
-    def pool(self) -> kibam.Battery:
+    def pool(self) -> "Battery":
         """All packs as one battery."""
+        from optuav.physics.kibam import Battery
+
         battery = self.battery
         size_As = battery.packs * battery.capacity_As
-        return kibam.Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
+        return Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
 
     def __copy__(self) -> Self:
         """A copy of its values, which `model_copy` changes, without what was made of them."""

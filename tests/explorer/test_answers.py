@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.mission.test_flights import WINGED
 
 import optuav
 from optuav.errors import InputError
 from optuav.explorer.answers import MOST_BUILDINGS, answers, refuse_many
 from optuav.mission import Mission
 from tests.diagnosis.missions import only
+from tests.flight.test_flights import WINGED
 
 BATTERY = {"perspective": "battery"}
 HOVER_S, REST_S = 719.5399, 392.1438

@@ -10,6 +10,8 @@ import optuav.judge
 ALLOWED = (
     "optuav.arrays",
     "optuav.errors",
+    "optuav.fields",
+    "optuav.flight",
     "optuav.frames",
     "optuav.judge",
     "optuav.markup",

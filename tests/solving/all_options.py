@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from tests.mission.test_flights import WING
 
 import optuav
 from optuav import Mission
+from tests.flight.test_flights import WING
 
 Document = dict[str, Any]
 Choice = dict[str, str]

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from hypothesis import strategies as st
-from tests.mission.test_flights import WINGED
 
 import optuav
 from optuav import Mission
 from optuav.network.network import build_network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.timeline import stay_net
+from tests.flight.test_flights import WINGED
 from tests.kibam import Kibam
 
 Array = npt.NDArray[np.float64]

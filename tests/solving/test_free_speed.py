@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.mission.test_flights import WINGED
 
 import optuav
 from optuav import InputError, Mission
@@ -19,6 +18,7 @@ from optuav.engines.registry import engine
 from optuav.status import Status
 from tests.diagnosis.missions import only
 from tests.examples import few
+from tests.flight.test_flights import WINGED
 from tests.solving.by_speed import balanced_s, delivered_s, grid, route, winged
 from tests.wells import SLOW
 
