@@ -722,3 +722,23 @@ def test_no_battery_has_a_smaller_sum(seed: int, tmp_path: Path) -> None:
     at = np.array([math.log(own / (1.0 - own)), math.log(flow / (own * (1.0 - own)))])
     # Within a plateau, whose rows are within 1 % of the least, the usual rate is taken.
     assert squares(at) <= least * (1.01 if found["flow_rate_per_s"].interval is None else 1.0001)
+
+
+def test_never_longer_takes_usual_wells_where_chance_prefers_slow_ones(tmp_path: Path) -> None:
+    """Constant loads of a battery that settles in 30 s; with 1 % of scatter the least has 240 s."""
+    draws = np.random.default_rng(0).standard_normal(7).tolist()
+    noisy = [
+        (name, load, lifetime_s * (1.0 + 0.01 * draw))
+        for (name, load, lifetime_s), draw in zip(constant(20_000.0, 0.2, 30.0), draws, strict=True)
+    ]
+    file = written(tmp_path / "noisy.csv", noisy)
+    plain, careful = optuav.fit_kibam(file), optuav.fit_kibam(file, never_longer=True)
+
+    def settling_s(found: Fit) -> float:
+        share, flow = (by_key(found)[key].value for key in list(truth())[1:])
+        return share * (1.0 - share) / flow
+
+    assert settling_s(plain) > 150.0
+    assert settling_s(careful) == pytest.approx(30.0, rel=1e-9)
+    assert all(value.stated for value in (*plain.values, *careful.values))
+    assert any("the data determine the lag" in words for words in plain.warnings)
