@@ -223,11 +223,18 @@ class MissionSection(Record):
     @classmethod
     @cache
     def descriptions(cls) -> dict[str, str]:
-        """Descriptions of the keys of this file, read from it on first use."""
-        (table,) = ast.parse(dedent(inspect.getsource(cls))).body
-        assert isinstance(table, ast.ClassDef)
+        """Descriptions of the keys of this file, read from it on first use.
+
+        They are empty where there are none, or no file, as for a class of a notebook.
+        """
         above = [base for base in cls.__bases__ if issubclass(base, MissionSection)]
         inherited = {key: words for base in above for key, words in base.descriptions().items()}
+        inherited = dict.fromkeys(cls.model_fields, "") | inherited
+        try:
+            (table,) = ast.parse(dedent(inspect.getsource(cls))).body
+        except (OSError, TypeError, SyntaxError):
+            return inherited
+        assert isinstance(table, ast.ClassDef)
         return inherited | {
             key.target.id: inspect.cleandoc(str(text.value.value))
             for key, text in pairwise(table.body)

@@ -429,11 +429,11 @@ NO_ENGINE = r"engine = .*: a name, or an object with name, takes \(a Capability\
 )
 def test_what_is_no_engine_is_refused_in_words(given: Any, words: str) -> None:
     """A class instead of its object, or an object that states nothing."""
-    for asked in (registry.register, lambda each: optuav.solve("paper", engine=each)):
+    for asked in (optuav.register, lambda each: optuav.solve("paper", engine=each)):
         with pytest.raises(optuav.InputError, match=words):
             asked(given)
 
 
 def test_an_engine_that_was_not_added_cannot_be_taken_out() -> None:
-    with pytest.raises(optuav.InputError, match="engine = 'zzz': one that was added: none"):
-        registry.unregister("zzz")
+    with pytest.raises(optuav.InputError, match="name = 'zzz': one that was registered: none"):
+        optuav.unregister("zzz")
