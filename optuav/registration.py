@@ -1,4 +1,4 @@
-"""Registration: what comes from outside the package is checked as a whole, then known by its name."""
+"""Registration: things from outside the package are checked, and known by name from then on."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ Result = TypeVar("Result")
 
 NAME = re.compile(r"\w[\w-]*")
 KINDS = (
-    "a flight model (a subclass of FlightModel), a beam (a subclass of Beam), a problem (a subclass "
-    "of Formulation, or an instance), an engine (an instance with name, takes and solve) or a "
-    "picture (a function of a plan)"
+    "must be a flight model (a subclass of FlightModel), a beam (a subclass of Beam), a problem (a "
+    "subclass of Formulation, or an instance), an engine (an instance with name, takes and solve) "
+    "or a picture (a function of a plan)"
 )
 
 
@@ -170,7 +170,7 @@ def _faults_of_model(
 ) -> Iterator[Fault]:
     """Everything that is wrong with a flight model or a beam, which is made of tables."""
     if isabstract(kind):
-        lacks = ", ".join(sorted(kind.__abstractmethods__))  # type: ignore[attr-defined]
+        lacks = ", ".join(sorted(kind.__abstractmethods__))
         yield Fault(kind.__name__, "", f"must define {lacks}, as {base.__name__} declares")
     key, own_form = CHOICES[table].key, getattr(kind, "table", None)
     if not (isinstance(own_form, type) and issubclass(own_form, form)):
