@@ -59,7 +59,7 @@ class Reader:
     def python(self, body: str) -> str:
         printed = StringIO()
         with redirect_stdout(printed), redirect_stderr(printed):
-            exec(compile(body, "page", "exec"), self.names)
+            exec(compile(body, "page", "exec", dont_inherit=True), self.names)
         self.unseen = _stripped(printed.getvalue())
         return body
 

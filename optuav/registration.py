@@ -65,7 +65,7 @@ def register(thing: Thing) -> Thing:
         problem, as a class or an instance, for ``problem``; an engine, an instance, for
         ``engine``; or a picture, a function of a plan that returns axes of matplotlib, which
         `optuav.plots.save_pictures` saves under the name of the function. One that was registered
-        under its name is replaced; missions that are loaded keep theirs.
+        under its name is replaced: load missions again after that.
 
     Returns
     -------
@@ -184,7 +184,9 @@ def _faults_of_model(
         try:
             own_form.model_rebuild()
         except Exception as error:  # Of pydantic, which names a type that it does not know
-            yield Fault(own_form.__name__, "", f"cannot be read as a table: {error}")
+            yield Fault(
+                own_form.__name__, "", f"cannot be read as a table: {str(error).splitlines()[0]}"
+            )
     yield from _faults_of_constructor(kind, table, kind.needs)
     for attribute in ("needs", "refuses"):
         yield from _faults_of_dotted(f"{kind.__name__}.{attribute}", getattr(kind, attribute))
