@@ -225,11 +225,10 @@ class MissionSection(Record):
     def descriptions(cls) -> dict[str, str]:
         """Descriptions of the keys of this file, read from it on first use.
 
-        They are empty where there are none, or no file, as for a class of a notebook.
+        A class without a file, as of a notebook, has none.
         """
         above = [base for base in cls.__bases__ if issubclass(base, MissionSection)]
         inherited = {key: words for base in above for key, words in base.descriptions().items()}
-        inherited = dict.fromkeys(cls.model_fields, "") | inherited
         try:
             (table,) = ast.parse(dedent(inspect.getsource(cls))).body
         except (OSError, TypeError, SyntaxError):

@@ -123,7 +123,7 @@ def unregister(name: str) -> None:
     ...     print(error)
     name = 'my-engine': one that was registered: none
     """
-    kinds = [kind for kind in EVERY_KIND if name in kind.registered()]
+    kinds = [kind for kind in EVERY_KIND if name in [*kind.registered()]]
     if not kinds:
         known = ", ".join(name for kind in EVERY_KIND for name in kind.registered()) or "none"
         raise InputError([Fault("name", shown(name), f"one that was registered: {known}")])

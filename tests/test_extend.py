@@ -147,7 +147,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_what_a_script_registers_reaches_the_workers(tmp_path: Path) -> None:
     """Workers, which run the script without its end, register nothing by themselves."""
     pytest.importorskip("distributed")
