@@ -22,7 +22,7 @@ import make_mission_keys
 import make_tables
 
 from optuav.cli import main
-from optuav.engines.registry import ENGINES, capabilities, unregister
+from optuav.registration import EVERY_KIND
 
 DOCS = Path(__file__).parent
 PAGES = (DOCS.parent / "README.md", *sorted(DOCS.glob("*.md")))
@@ -59,7 +59,7 @@ class Reader:
     def python(self, body: str) -> str:
         printed = StringIO()
         with redirect_stdout(printed), redirect_stderr(printed):
-            exec(compile(body, "page", "exec"), self.names)
+            exec(compile(body, "page", "exec", dont_inherit=True), self.names)
         self.unseen = _stripped(printed.getvalue())
         return body
 
@@ -115,8 +115,9 @@ def refreshed(page: Path) -> str:
     with clone(), patch.dict(os.environ):
         os.environ.pop("COLUMNS", None)
         text = BLOCK.sub(reader.block, text)
-    for added in set(capabilities) - set(ENGINES):
-        unregister(added)
+    for kind in EVERY_KIND:
+        for name in kind.registered():
+            kind.take_out(name)
     assert not reader.unseen, f"not shown: {reader.unseen}"
     return text
 

@@ -47,6 +47,8 @@ from optuav.paper.report import reproduce as reproduce
 from optuav.plan import Plan as Plan
 from optuav.plan import Stop as Stop
 from optuav.plan import load_plan as load_plan
+from optuav.registration import register as register
+from optuav.registration import unregister as unregister
 from optuav.service.cycle import Coverage as Coverage
 from optuav.service.cycle import coverage as coverage
 from optuav.service.fleet import Fleet as Fleet

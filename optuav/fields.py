@@ -223,11 +223,17 @@ class MissionSection(Record):
     @classmethod
     @cache
     def descriptions(cls) -> dict[str, str]:
-        """Descriptions of the keys of this file, read from it on first use."""
-        (table,) = ast.parse(dedent(inspect.getsource(cls))).body
-        assert isinstance(table, ast.ClassDef)
+        """Descriptions of the keys of this file, read from it on first use.
+
+        A class without a file, as of a notebook, has none.
+        """
         above = [base for base in cls.__bases__ if issubclass(base, MissionSection)]
         inherited = {key: words for base in above for key, words in base.descriptions().items()}
+        try:
+            (table,) = ast.parse(dedent(inspect.getsource(cls))).body
+        except (OSError, TypeError, SyntaxError):
+            return inherited
+        assert isinstance(table, ast.ClassDef)
         return inherited | {
             key.target.id: inspect.cleandoc(str(text.value.value))
             for key, text in pairwise(table.body)

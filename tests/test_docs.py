@@ -70,8 +70,16 @@ def script(name: str) -> ModuleType:
 # What the pages run and show
 
 
-LONG = ("batch.md", "calibration.md", "coverage.md", "drone-of-today.md", "gallery.md")
-LONG += ("how-we-know.md", "maps.md", "options.md", "packs.md", "paper.md", "sensitivity.md")
+LONG = ("batch.md", "calibration.md", "coverage.md", "drone-of-today.md", "extend.md")
+LONG += (
+    "gallery.md",
+    "how-we-know.md",
+    "maps.md",
+    "options.md",
+    "packs.md",
+    "paper.md",
+    "sensitivity.md",
+)
 LONG += ("siting.md",)
 """Pages whose examples take about two seconds and more."""
 

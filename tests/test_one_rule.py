@@ -135,6 +135,7 @@ DOORS: dict[str, Door] = {
     "Mission.save": Door(optuav.load("paper").save, "file"),
 }
 WITHOUT = {"shipped", "json_schema", "longest_hovers", "validate_graph", "exercises.numbers"}
+WITHOUT |= {"register", "unregister"}
 """Functions that take nothing of this kind."""
 
 

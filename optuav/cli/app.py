@@ -18,6 +18,7 @@ from optuav.cli.options import OPPOSITE, by_flags, command_of
 from optuav.cli.output import BAD_INPUT, FAILED, NO, say
 from optuav.cli.problem_file import faults_named
 from optuav.errors import InputError, NoPlanError, SolverError
+from optuav.plugins import read_plugins
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit", "export"), "solve"),
@@ -92,6 +93,8 @@ def run(arguments: Sequence[str] | None = None) -> None:
     try:
         try:
             with faults_named():
+                if name is not None:
+                    read_plugins()
                 called = f"optuav {name or ''}".rstrip()
                 rest = words_given[1:] if name else words_given
                 code = program(name)(rest, called, standalone_mode=False)

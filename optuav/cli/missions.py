@@ -112,7 +112,7 @@ def _pieces(mission: Mission) -> Iterator[str]:
 def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
     """Key, value and unit; descriptions of keys have units and names of tables in brackets."""
     for key, value in section.model_dump(exclude_none=True).items():
-        units = UNIT.findall(section.descriptions()[key])
+        units = UNIT.findall(section.descriptions().get(key, ""))
         yield key, _text(value), next((unit for unit in units if unit not in _NO_UNITS), "")
 
 

@@ -74,14 +74,14 @@ class ProblemOptions:
         kind: Any = values.pop("problem")
         options = {name: values.pop(name) for name in BESIDE if name in values}
         mission = problem = None
-        if ".py" in kind:
+        if ".py" in kind or kind in question.OWN_PROBLEMS:
             keys = {setting: setting.partition("=")[0].strip() for setting in settings}
             own = [
                 x for x in settings if "." not in keys[x] and keys[x] not in Mission.model_fields
             ]
             settings, file, kind = [x for x in settings if x not in own], kind, None
             with collected(faults), faults_named():
-                kind = problem_class(file)
+                kind = problem_class(file) if ".py" in file else file
                 values |= values_of(own, faults)
                 faults += misfits_of(kind, values)
         with collected(faults):
@@ -248,11 +248,12 @@ def values_of(settings: Sequence[str], faults: list[Fault]) -> dict[str, Any]:
     return values
 
 
-def misfits_of(problem: type[Formulation], values: Mapping[str, Any]) -> Iterator[Fault]:
+def misfits_of(problem: type[Formulation] | str, values: Mapping[str, Any]) -> Iterator[Fault]:
     """Values of a problem's fields that are not a number, whole number, text or truth value."""
-    from optuav.solving.question import arguments_of
+    from optuav.solving.question import OWN_PROBLEMS, arguments_of
 
-    for name, field in arguments_of(problem).items():
+    own: Any = OWN_PROBLEMS[problem] if isinstance(problem, str) else problem
+    for name, field in arguments_of(own if isinstance(own, type) else type(own)).items():
         value, kind = values.get(name), getattr(field.annotation, "__name__", field.annotation)
         types, words = SIMPLE.get(str(kind), ((), ""))
         if value is not None and types and type(value) not in types:

@@ -1,7 +1,7 @@
 """Engines: the protocol that they follow, what each takes, and the registry by name.
 
-An engine is added from outside the package by `register`, or handed over as an object. Those of the
-package load when they are first asked for.
+An engine from outside the package is registered by `optuav.register`, or handed over as an object.
+Those of the package load when they are first asked for.
 """
 
 from abc import abstractmethod
@@ -215,47 +215,20 @@ CAPABILITIES = tuple(PLACES.values())
 CLASSES = {capability.name: place for place, capability in PLACES.items()}
 ENGINES = tuple(CLASSES)  # Names of the engines of the package
 
-_registered: dict[str, Engine] = {}
+ADDED: dict[str, Engine] = {}
+"""Engines from outside the package by name, see `optuav.register`; `auto` tries them last."""
 capabilities = {capability.name: capability for capability in CAPABILITIES}
 """Capability of each engine by name: built-in engines first, then registered ones."""
 
 
-def register(added: Engine) -> None:
-    """Add an engine, which `optuav.solve` then knows by its name.
-
-    It comes last where "auto" looks for one that takes a model.
-
-    Parameters
-    ----------
-    added
-        An object of a subclass of `Engine`; it replaces one that was added under its name.
-
-    Raises
-    ------
-    InputError
-        If the package has an engine of that name, or it is not an engine.
-
-    Examples
-    --------
-    >>> from optuav.engines.bracket import Bracket
-    >>> from optuav.engines.registry import register
-    >>> try:
-    ...     register(Bracket())
-    ... except ValueError as error:
-    ...     print(error)
-    engine = 'bracket': no name of the package
-    """
-    if conforming(added).name in ENGINES:
-        raise InputError([Fault("engine", shown(added.name), "no name of the package")])
-    _registered[added.name], capabilities[added.name] = added, added.takes
+def add(engine: Engine) -> None:
+    """Make an engine known by its name."""
+    ADDED[engine.name], capabilities[engine.name] = engine, engine.takes
 
 
-def unregister(name: str) -> None:
-    """Take out an engine that was added; raises `InputError` if none has that name."""
-    if name not in _registered:
-        known = ", ".join(_registered) or "none"
-        raise InputError([Fault("engine", shown(name), f"one that was added: {known}")])
-    del _registered[name], capabilities[name]
+def take_out(name: str) -> None:
+    """Forget an engine that was added."""
+    del ADDED[name], capabilities[name]
 
 
 def of_the_package(given: Engine) -> bool:
@@ -283,8 +256,8 @@ def engine(wanted: str | Engine) -> Engine:
     """The engine of a name, with its default options; an engine is returned unchanged."""
     if not isinstance(wanted, str):
         return conforming(wanted)
-    if wanted in _registered:
-        return _registered[wanted]
+    if wanted in ADDED:
+        return ADDED[wanted]
     if wanted not in CLASSES:
         raise InputError([Fault("engine", shown(wanted), f"one of {', '.join(capabilities)}")])
     module, _, name = CLASSES[wanted].partition(".")

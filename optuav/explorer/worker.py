@@ -9,6 +9,7 @@ from typing import Any
 
 from optuav.explorer.answers import answers
 from optuav.mission import Mission
+from optuav.plugins import read_plugins
 from optuav.studies.processes import interrupts_blocked, stay_with_parent
 
 LONGEST_S = 20.0
@@ -92,6 +93,7 @@ class Workers:
 def _answer(mission: Mission, pipe: Connection) -> None:
     """Answer what comes through a pipe until it is closed."""
     stay_with_parent()
+    read_plugins()
     while True:
         try:
             state = pipe.recv()

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+from optuav import physics
 from optuav.fields import (
     Allowed,
     Altitude,
@@ -94,9 +95,13 @@ class FlightModel(MadeOfTables, ABC):
     def rest(self) -> Flow:
         """Return what resting on a roof draws."""
 
-    @abstractmethod
     def state(self, leg: Loads, passed_s: Quantity) -> LegState:
-        """State on one leg at moments since it began [s]."""
+        """State on one leg at moments since it began [s].
+
+        By default the speed rises evenly to its peak, stays there, and falls for as long as it
+        rose.
+        """
+        return physics.bang_bang.state_at(leg, passed_s)
 
     def impossible(self) -> str | None:
         """A sentence on why no leg can be flown, with the keys that decide; None if legs can."""

@@ -12,7 +12,7 @@ from optuav.fields import Acceleration, Current, LoadCurrent, LoadPower, Power, 
 from optuav.flight.model import MODEL, FlightModel, FlightTable
 
 if TYPE_CHECKING:
-    from optuav.physics.flight import Flow, LegState, Loads
+    from optuav.physics.flight import Flow, Loads
     from optuav.physics.quantity import Quantity, Vector
 
 CHARGING = ("charge_current_A", "charge_power_W")
@@ -70,9 +70,6 @@ class Regimes(FlightModel):
 
     def rest(self) -> Flow:
         return self._flow("rest")
-
-    def state(self, leg: Loads, passed_s: Quantity) -> LegState:
-        return physics.bang_bang.state_at(leg, passed_s)
 
     def charging(self) -> Flow | None:
         return None if self.flight.charge_current_A is None else self._flow("charge")

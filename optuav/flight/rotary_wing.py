@@ -24,7 +24,7 @@ from optuav.flight.model import MODEL, CruisingModel, FlightTable, wind_sliders
 from optuav.tables import BatteryPacks, Body, Wind
 
 if TYPE_CHECKING:
-    from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
+    from optuav.physics.flight import Flow, Loads, SpeedPower
     from optuav.physics.quantity import Quantity, Vector
     from optuav.physics.rotary_wing import CruiseLeg, PowerCoefficients
 
@@ -208,9 +208,6 @@ class RotaryWing(CruisingModel):
 
     def rest(self) -> Flow:
         return physics.flight.Flow(self.flight.rest_current_A, self.flight.rest_power_W)
-
-    def state(self, leg: Loads, passed_s: Quantity) -> LegState:
-        return physics.bang_bang.state_at(leg, passed_s)
 
     def impossible(self) -> str | None:
         if not self.too_windy():

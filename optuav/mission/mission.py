@@ -50,7 +50,7 @@ DISPLACED: dict[str, set[str]] = {
 """By key, the keys that a new value of it displaces unless they are stated with it."""
 
 
-class Mission(MissionSection):
+class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of its values)
     """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
 
     Missions are equal if all their values are, can be hashed and pickled, and change only by
@@ -122,6 +122,13 @@ class Mission(MissionSection):
         battery = self.battery
         size_As = battery.packs * battery.capacity_As
         return Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal values, and models of the same classes, as one from outside may be replaced."""
+        if not (isinstance(other, Mission) and super().__eq__(other)):
+            return False
+        pairs = (self.flight_model, other.flight_model), (self.beam, other.beam)
+        return all(type(mine) is type(theirs) for mine, theirs in pairs)
 
     def __copy__(self) -> Self:
         """A copy of its values, which `model_copy` changes, without what was made of them."""

@@ -115,7 +115,7 @@ def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:
     """Lines of a table; explained, each key has a comment, and those not set stand there too."""
     for key, value in table.model_dump(mode="json").items():
         if explained:
-            yield from (f"# {line}" for line in table.descriptions()[key].splitlines())
+            yield from (f"# {line}" for line in table.descriptions().get(key, "").splitlines())
         if value is not None:
             yield f"{key} = {_text(value)}"
         elif explained:

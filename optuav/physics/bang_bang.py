@@ -47,5 +47,7 @@ def state_at(leg: Loads, time_s: Quantity) -> LegState:
     distance, peak, rise_s = leg.distance_m, leg.peak_speed_m_s, leg.peak_s
     travelled, speed = motion(peak, rise_s, leg.duration_s, np.asarray(time_s, dtype=float))
     x, y, z = (travelled / distance * component for component in leg.way_m)
-    unknown = np.full_like(speed, np.nan)
-    return LegState(np.ones_like(speed), (x, y, z), speed, Attitude(unknown, unknown))
+    unknown, stage = np.full_like(speed, np.nan), np.ones_like(speed)
+    for end_s in np.cumsum(leg.durations_s)[:-1]:
+        stage += time_s >= end_s
+    return LegState(stage, (x, y, z), speed, Attitude(unknown, unknown))

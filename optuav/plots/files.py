@@ -11,11 +11,13 @@ from optuav.mission import Mission
 from optuav.mission.files import ending_of, make_directory, write_files
 from optuav.mission.messages import of_kind, path_of, shown
 from optuav.plan import Phase, Plan, Plans, load_plans, load_subject
+from optuav.plan.pictures import PICTURES
 from optuav.plots import style
 from optuav.plots.charge import packs, wells
 from optuav.plots.map import mission_map
 from optuav.plots.profiles import leg
 
+AXES = "axes as a function of optuav.plots returns them"
 SAME_S = 0.01  # Difference of two stays that no picture shows
 FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
     ".png": {"Software": "optuav"},
@@ -33,7 +35,8 @@ def save_pictures(
     """Write the pictures of a plan as PNG files; the same plan gives the same bytes.
 
     ``map.png``; ``wells.png``, or ``packs.png`` where packs take turns; and ``leg.png`` of the
-    first leg that the flight model describes; only the map without a plan.
+    first leg that the flight model describes; and pictures of your own, see `optuav.register`. Only
+    the map without a plan.
 
     Parameters
     ----------
@@ -51,7 +54,8 @@ def save_pictures(
     Raises
     ------
     InputError
-        If the directory cannot be made or written to; every file is written whole or not at all.
+        If the directory cannot be made or written to, or a picture of your own returns no axes;
+        every file is written whole or not at all.
 
     Examples
     --------
@@ -71,6 +75,8 @@ def save_pictures(
             drawn["wells.png"] = wells([subject, *more])[0]
         if first := modelled_leg(subject):
             drawn["leg.png"] = leg(subject.mission, first.start_place, first.end_place).speed
+        for name, picture in PICTURES.items():
+            drawn[f"{name}.png"] = of_kind(name, _axes(picture(subject)), Axes, AXES)
     return save_figures(drawn, directory)
 
 
@@ -162,10 +168,15 @@ def save_figures(
     return list(pictures)
 
 
-def image(drawn: Any, path: Path) -> bytes:
-    """The figure of axes as the content of a file, in the format of its suffix."""
+def _axes(drawn: Any) -> Any:
+    """The first axes of several."""
     while isinstance(drawn, tuple | list) and drawn:
         drawn = drawn[0]
-    words = "axes as a function of optuav.plots returns them; save_figures takes several pictures"
-    ax, suffix = of_kind("drawn", drawn, Axes, words), ending_of(path, *FORMATS)
+    return drawn
+
+
+def image(drawn: Any, path: Path) -> bytes:
+    """The figure of axes as the content of a file, in the format of its suffix."""
+    words = f"{AXES}; save_figures takes several pictures"
+    ax, suffix = of_kind("drawn", _axes(drawn), Axes, words), ending_of(path, *FORMATS)
     return style.written(style.root(ax), format=suffix[1:], metadata=FORMATS[suffix])

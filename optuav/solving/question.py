@@ -38,6 +38,8 @@ PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
+OWN_PROBLEMS: dict[str, type[Formulation] | Formulation] = {}
+"""Problems from outside the package by name, as classes or with their fields: `optuav.register`."""
 ASKED = "one perspective, or a list of different ones"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
@@ -81,13 +83,18 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
 
     Refused with all faults.
     """
-    if isinstance(stated_as, type):
-        kind, name = stated_as, stated_as.__name__
+    usual: Mapping[str, Any] = {}  # Fields of a registered instance
+    registered = OWN_PROBLEMS.get(stated_as, stated_as) if isinstance(stated_as, str) else stated_as
+    if isinstance(registered, type):
+        kind, name = registered, registered.__name__
+    elif isinstance(registered, Formulation):
+        kind, name = type(registered), registered.name
+        usual = {field: getattr(registered, field) for field in arguments_of(kind)}
     elif stated_as in PROBLEM_NAMES:
         name = stated_as
         kind = P4 if name == "P4" else type(PROBLEMS[name])
     else:
-        raise InputError([unknown("problem", stated_as, PROBLEM_NAMES)])
+        raise InputError([unknown("problem", stated_as, (*PROBLEM_NAMES, *OWN_PROBLEMS))])
     options = {field: value for field, value in stated.items() if value is not None}
     taken = {each: arguments_of(each) for each in dict.fromkeys((*OF_THE_PAPER, kind))}
     faults = []
@@ -98,11 +105,11 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
             words = words or nearest(field, taken[kind])
             faults.append(Fault(field, shown(value), f"problem {name} takes no {field}{words}"))
     for field, each in taken[kind].items():
-        if field not in options and each.default is Parameter.empty:
+        if field not in {**usual, **options} and each.default is Parameter.empty:
             what = "the name of a building" if field == "building" else "a value of this field"
             faults.append(Fault(field, "", f"problem {name} needs {what}"))
     refuse(faults)
-    options |= {"tight": True} if name == "P2-tight" else {}
+    options = {**usual, **options} | ({"tight": True} if name == "P2-tight" else {})
     unnamed = [n for n, each in taken[kind].items() if each.kind is Parameter.POSITIONAL_ONLY]
     by_place = [options.pop(n) for n in unnamed if n in options]
     return kind(*by_place, **options)
@@ -153,10 +160,14 @@ def checked_question(
     Without a mission, options that it alone may contradict are accepted.
     """
     chosen = PROBLEMS.get(problem, problem) if isinstance(problem, str) else problem
+    faults = list[Fault]()
+    if isinstance(chosen, str) and chosen in OWN_PROBLEMS:
+        with collected(faults):
+            chosen = problem_of(chosen)
     # A value of another type is a fault.
-    stated: Any = (chosen, perspective, slot_s, engine, time_limit_s)
+    stated: Any = (P1() if faults else chosen, perspective, slot_s, engine, time_limit_s)
     question = Question(*stated)
-    refuse(_faults(mission, question))
+    refuse([*faults, *_faults(mission, question)])
     if mission is not None and question.engine_name == "grid" and slot_s is None:
         return replace(question, slot_s=mission.limits.slot_s)
     return question
@@ -171,23 +182,14 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
         if mission is not None and problem.building is not None:
             yield from _building_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
-            if isinstance(problem, OF_THE_PAPER):
-                words = "must subclass Formulation itself; its declare may call P1's to P4's"
-                yield Fault("problem", type(problem).__name__, words)
-            elif problem.name in PROBLEM_NAMES:
-                yield Fault("problem", problem.name, "a name of its own, none of the paper's")
-            try:
-                signature(problem.declare).bind(None, None)
-            except TypeError:
-                words = "its declare must accept a model and the given quantities"
-                yield Fault("problem", problem.name, f"{words}: declare(self, model, given)")
+            yield from own_problem_faults(type(problem), problem.name)
     elif isinstance(problem, type) and issubclass(problem, Formulation):
         name = problem.__name__
         yield Fault("problem", name, f"must be an instance, such as {name}(…), not the class")
     elif isinstance(problem, str) and problem == "P4":
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
     else:
-        names_too = (*PROBLEMS, "P4(building)", "or an instance of a Formulation")
+        names_too = (*PROBLEMS, "P4(building)", *OWN_PROBLEMS, "or an instance of a Formulation")
         yield unknown("problem", problem, names_too)
     p1 = question.p1
     if isinstance(problem, P1 | P2):
@@ -226,6 +228,20 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
         )
         yield from not_with("with several stops", *by_default, *searched)
         yield from () if mission is None else _faults_of_stops(mission, question.perspective)
+
+
+def own_problem_faults(kind: type[Formulation], name: str) -> Iterator[Fault]:
+    """Everything that is wrong with a class of problems from outside the package."""
+    if issubclass(kind, OF_THE_PAPER):
+        words = "must subclass Formulation itself; its declare may call P1's to P4's"
+        yield Fault("problem", kind.__name__, words)
+    elif name in PROBLEM_NAMES:
+        yield Fault("problem", name, "a name of its own, none of the paper's")
+    try:
+        signature(kind.declare).bind(None, None, None)
+    except TypeError:
+        words = "its declare must accept a model and the given quantities"
+        yield Fault("problem", name, f"{words}: declare(self, model, given)")
 
 
 def _faults_of_stops(mission: Mission, perspective: str) -> Iterator[Fault]:

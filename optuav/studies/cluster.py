@@ -12,6 +12,7 @@ from operator import call
 from typing import Any, TypeVar
 
 from optuav.errors import Fault, InputError, OptuavError, SolverError, require, shown
+from optuav.registration import with_registered
 
 Result = TypeVar("Result")
 Function = Callable[[int], Result]
@@ -104,7 +105,8 @@ def _called(
     left, number_of = iter(numbers), dict[str, int]()
     ended = as_completed(loop=client.loop)
     try:
-        shared = client.submit(lambda: function, pure=False)  # Sent to each worker once
+        known = with_registered(function)  # A script may have registered things of its own
+        shared = client.submit(lambda: known, pure=False)  # Sent to each worker once
         while True:
             most = AHEAD + 2 * sum(client.nthreads().values())  # Fewer where workers have left
             for number in islice(left, max(0, most - len(number_of))):

@@ -10,6 +10,7 @@ from threading import Lock, Thread
 from typing import Any, TypeVar
 
 from optuav.fields import Number
+from optuav.plugins import read_plugins
 
 Result = TypeVar("Result")
 FEWEST = 4  # Tasks that are worth a process, which takes a second to start
@@ -27,7 +28,7 @@ def run_tasks(
     if (most := min(workers, len(tasks) // FEWEST)) < 2:
         yield from (function(*task) for task in tasks)
         return
-    with ProcessPoolExecutor(most, get_context("spawn"), stay_with_parent) as pool:
+    with ProcessPoolExecutor(most, get_context("spawn"), _begin) as pool:
         with interrupts_blocked():
             results = pool.map(function, *zip(*tasks, strict=True))
         yield from results
@@ -45,6 +46,12 @@ def interrupts_blocked() -> Iterator[None]:
     finally:
         if blocked:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, blocked)
+
+
+def _begin() -> None:
+    """Begin a process that shares tasks."""
+    stay_with_parent()
+    read_plugins()
 
 
 def stay_with_parent() -> None:

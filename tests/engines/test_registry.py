@@ -67,9 +67,9 @@ class Halving(Engine):
 def halving() -> Iterator[Halving]:
     """The engine from outside, known by its name."""
     added = Halving()
-    registry.register(added)
+    optuav.register(added)
     yield added
-    registry.unregister(added.name)
+    optuav.unregister(added.name)
 
 
 def test_engines_of_the_package_are_found_by_name() -> None:
@@ -136,7 +136,7 @@ def test_a_compiled_model_answers_like_the_engine(each: Engine) -> None:
 
 def test_a_name_of_the_package_is_not_taken_over() -> None:
     with pytest.raises(InputError, match="bracket"):
-        registry.register(replace(Halving(), name="bracket"))
+        optuav.register(replace(Halving(), name="bracket"))
 
 
 def test_the_grid_needs_slots() -> None:
