@@ -21,7 +21,7 @@ def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) 
     return field(default=default, metadata={"symbol": symbol, "unit": unit, "key": key})
 
 
-class Number(NamedTuple):
+class MissionFigure(NamedTuple):
     """A number of the mission or of its routes that is no quantity."""
 
     value: Operand
@@ -86,7 +86,9 @@ class Quantities:
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
     landings: Sequence[Landing] = ()  # At which η0 must be left as well, in order
     # Numbers by name, of a vector by component as ``laser_position_m[2]``; made when asked for
-    numbers: Callable[[], Mapping[str, Number]] = field(default=dict, repr=False, compare=False)
+    numbers: Callable[[], Mapping[str, MissionFigure]] = field(
+        default=dict, repr=False, compare=False
+    )
     # Wells after every step, by Δ and T', as `formulations.soc.levels` has found them.
     known_levels: list[tuple[Operand, Operand, Sequence[Wells]]] = field(
         default_factory=list, init=False, repr=False, compare=False

@@ -42,7 +42,7 @@ class OneOf:
 
 
 @dataclass(frozen=True)
-class Number(GroupedMetadata):
+class Range(GroupedMetadata):
     """A number with its unit and range; pydantic reads the constraints, a person the words."""
 
     unit: str
@@ -118,12 +118,12 @@ Switch = Annotated[bool, Strict(), Allowed("true or false")]
 
 # Space
 _THREE = "three numbers [x, y, z], each |x| <= 1e6"
-COORDINATE = Number("m", ge=-1e6, le=1e6)
+COORDINATE = Range("m", ge=-1e6, le=1e6)
 MOST_CORNERS = 10_000
 Coordinate = Annotated[float, COORDINATE]
-Altitude = Annotated[float, Number("m", ge=0, le=1e6)]
-Length = Annotated[float, Number("m", ge=1e-3, le=1e6)]
-Clearance = Annotated[float, Number("m", ge=0, le=1e3)]
+Altitude = Annotated[float, Range("m", ge=0, le=1e6)]
+Length = Annotated[float, Range("m", ge=1e-3, le=1e6)]
+Clearance = Annotated[float, Range("m", ge=0, le=1e3)]
 Position = Annotated[
     tuple[Coordinate, Coordinate, Coordinate], Strict(), Listed, Allowed(f"{_THREE} [m]")
 ]
@@ -145,42 +145,42 @@ Footprint = Annotated[
 ]
 
 # Time
-SLOT = Number("s", ge=1e-3, le=1e7)
+SLOT = Range("s", ge=1e-3, le=1e7)
 Slot = Annotated[float, SLOT]
 
 # Electricity
-RATE_PER_MINUTE = Number("1/min", ge=0, le=6e4)
-Voltage = Annotated[float, Number("V", ge=1e-3, le=1e6)]
-Current = Annotated[float, Number("A", ge=0, le=1e6)]
-LoadCurrent = Annotated[float, Number("A", ge=1e-6, le=1e6)]
-Power = Annotated[float, Number("W", ge=0, le=1e9)]
-LoadPower = Annotated[float, Number("W", ge=1e-6, le=1e9)]
-Energy = Annotated[float, Number("J", ge=1e-3, le=1e15)]
+RATE_PER_MINUTE = Range("1/min", ge=0, le=6e4)
+Voltage = Annotated[float, Range("V", ge=1e-3, le=1e6)]
+Current = Annotated[float, Range("A", ge=0, le=1e6)]
+LoadCurrent = Annotated[float, Range("A", ge=1e-6, le=1e6)]
+Power = Annotated[float, Range("W", ge=0, le=1e9)]
+LoadPower = Annotated[float, Range("W", ge=1e-6, le=1e9)]
+Energy = Annotated[float, Range("J", ge=1e-3, le=1e15)]
 
-WELL = Number("A s", ge=-1e6, le=2e12, note=", from 0 to the size of the well")
+WELL = Range("A s", ge=-1e6, le=2e12, note=", from 0 to the size of the well")
 
 
 # Mechanics
-Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
-Acceleration = Annotated[float, Number("m/s2", ge=1e-6, le=1e6)]
-FORCE = Number("N", ge=-1e6, le=1e6)
+Inertia = Annotated[float, Range("kg m2", ge=1e-9, le=1e6)]
+Acceleration = Annotated[float, Range("m/s2", ge=1e-6, le=1e6)]
+FORCE = Range("N", ge=-1e6, le=1e6)
 _Newton = Annotated[float, FORCE]
 Force = Annotated[tuple[_Newton, _Newton, _Newton], Strict(), Listed, Allowed(f"{_THREE} [N]")]
 
-WIND_SPEED = Number("m/s", ge=-1e3, le=1e3)
+WIND_SPEED = Range("m/s", ge=-1e3, le=1e3)
 _WindSpeed = Annotated[float, WIND_SPEED]
 Velocity = Annotated[
-    tuple[_WindSpeed, _WindSpeed, Annotated[float, Number("m/s", ge=0, le=0)]],
+    tuple[_WindSpeed, _WindSpeed, Annotated[float, Range("m/s", ge=0, le=0)]],
     Strict(),
     Listed,
     Allowed("three numbers [x, y, 0], such as [6, 0, 0], each |x| <= 1e3 [m/s]"),
 ]
-SPEED = Number("m/s", ge=1e-3, le=1e6)
+SPEED = Range("m/s", ge=1e-3, le=1e6)
 Speed = Annotated[float, SPEED]
 
 # Light and radio
-Efficiency = Annotated[float, Number("-", gt=0, le=1)]
-Breadth = Annotated[float, Number("m", ge=1e-3, le=100)]
+Efficiency = Annotated[float, Range("-", gt=0, le=1)]
+Breadth = Annotated[float, Range("m", ge=1e-3, le=100)]
 
 
 PYDANTIC = {*dir(BaseModel)} - {*dir(object)}

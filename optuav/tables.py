@@ -25,8 +25,8 @@ from optuav.fields import (
     LoadPower,
     MissionSection,
     Name,
-    Number,
     Position,
+    Range,
     RoofPosition,
     Slot,
     Velocity,
@@ -53,15 +53,15 @@ class RouteEnds(MissionSection):
 class Limits(MissionSection):
     """Limits that the plan must respect."""
 
-    deadline_s: Annotated[float, Number("s", gt=0, le=1e7)]
+    deadline_s: Annotated[float, Range("s", gt=0, le=1e7)]
     """Longest mission T_max [s]."""
-    min_soc: Annotated[float, Number("-", ge=0, lt=1)]
+    min_soc: Annotated[float, Range("-", ge=0, lt=1)]
     """State of charge η0 that must be left at the end [-], or always, see `keep_soc`."""
     keep_soc: Annotated[KeepSoc, _KEEP_SOC] = "end"
     """When η0 must be left: "end", as in the paper, or "always", at the end of every leg."""
     slot_s: Slot = 1.0
     """Length of a time slot of the grid [s]."""
-    outage_probability: Annotated[float, Number("-", ge=1e-12, lt=1)]
+    outage_probability: Annotated[float, Range("-", ge=1e-12, lt=1)]
     """Largest outage probability ε of the link while hovering [-]."""
     min_altitude_m: Altitude
     """Lowest hover point z_min [m]."""
@@ -72,16 +72,16 @@ class Limits(MissionSection):
 class BatteryPacks(MissionSection):
     """The battery packs, each two wells of charge (kinetic battery model)."""
 
-    packs: Annotated[int, Number("-", ge=1, le=1000, whole=True)]
+    packs: Annotated[int, Range("-", ge=1, le=1000, whole=True)]
     """Number of packs N [-]."""
-    capacity_As: Annotated[float, Number("A s", ge=1e-3, le=1e9)]
+    capacity_As: Annotated[float, Range("A s", ge=1e-3, le=1e9)]
     """Capacity of one pack [A s]."""
     nominal_voltage_V: Voltage
     """Nominal voltage e_nom [V]."""
-    available_fraction: Annotated[float, Number("-", ge=1e-6, le=0.999999)]
+    available_fraction: Annotated[float, Range("-", ge=1e-6, le=0.999999)]
     """Share ω of the capacity in the available well [-]."""
     flow_rate_per_s: Annotated[
-        float, Number("1/s", ge=0, le=1e3, note="; or state flow_rate_per_min")
+        float, Range("1/s", ge=0, le=1e3, note="; or state flow_rate_per_min")
     ]
     """Flow rate k_F of charge between the wells [1/s]; or state flow_rate_per_min."""
     charge_current_A: Current
@@ -121,35 +121,35 @@ class Start(MissionSection):
     """Charge in the available wells of all packs y1 [A s]; beside bound_As."""
     bound_As: Annotated[float, WELL] | None = None
     """Charge in the bound wells of all packs y2 [A s]; beside available_As."""
-    soc: Annotated[float, Number("-", ge=0, le=1)] | None = None
+    soc: Annotated[float, Range("-", ge=0, le=1)] | None = None
     """State of charge of level wells [-], in place of both."""
 
 
 class Rotor(MissionSection):
     """Constants of one of the four rotors with its motor and propeller."""
 
-    max_speed_rad_s: Annotated[float, Number("rad/s", ge=1e-3, le=1e6)]
+    max_speed_rad_s: Annotated[float, Range("rad/s", ge=1e-3, le=1e6)]
     """Largest speed v_max [rad/s]."""
-    lift_coefficient_N_s2_rad2: Annotated[float, Number("N s2/rad2", ge=1e-12, le=10)]
+    lift_coefficient_N_s2_rad2: Annotated[float, Range("N s2/rad2", ge=1e-12, le=10)]
     """Thrust over squared speed ϱ [N s²/rad²]."""
-    friction_torque_Nm: Annotated[float, Number("N m", ge=0, le=1e6)]
+    friction_torque_Nm: Annotated[float, Range("N m", ge=0, le=1e6)]
     """Motor friction T_f [N m]."""
-    drag_coefficient_Nm_s2_rad2: Annotated[float, Number("N m s2/rad2", ge=1e-15, le=10)]
+    drag_coefficient_Nm_s2_rad2: Annotated[float, Range("N m s2/rad2", ge=1e-15, le=10)]
     """Aerodynamic torque over squared speed κ0 [N m s²/rad²]."""
-    viscous_damping_Nm_s_rad: Annotated[float, Number("N m s/rad", ge=0, le=1e3)]
+    viscous_damping_Nm_s_rad: Annotated[float, Range("N m s/rad", ge=0, le=1e3)]
     """Viscous damping D_f [N m s/rad]."""
-    velocity_constant_rpm_V: Annotated[float, Number("rpm/V", ge=1e-3, le=1e6)]
+    velocity_constant_rpm_V: Annotated[float, Range("rpm/V", ge=1e-3, le=1e6)]
     """Velocity constant κ_V [rpm/V]; κ_E = κ_T = 9.5493/κ_V."""
-    resistance_ohm: Annotated[float, Number("ohm", ge=0, le=1e6)]
+    resistance_ohm: Annotated[float, Range("ohm", ge=0, le=1e6)]
     """Resistance of the winding R [Ω]."""
-    inertia_kg_m2: Annotated[float, Number("kg m2", ge=0, le=1e3)]
+    inertia_kg_m2: Annotated[float, Range("kg m2", ge=0, le=1e3)]
     """Inertia of the turning parts J [kg m²]."""
 
 
 class Body(MissionSection):
     """Mass and inertia of the airframe."""
 
-    mass_kg: Annotated[float, Number("kg", ge=1e-6, le=1e6)]
+    mass_kg: Annotated[float, Range("kg", ge=1e-6, le=1e6)]
     """Mass of the UAV m [kg]."""
     gravity_m_s2: Acceleration = 9.8
     """Acceleration of gravity [m/s²]."""
@@ -161,25 +161,25 @@ class Body(MissionSection):
     """Inertia in pitch I_y [kg m²]."""
     inertia_z_kg_m2: Inertia | None = None
     """Inertia in yaw I_z [kg m²]."""
-    drag_area_m2: Annotated[float, Number("m2", ge=0, le=1e3)] = 0.0
+    drag_area_m2: Annotated[float, Range("m2", ge=0, le=1e3)] = 0.0
     """Drag area C_d A [m²]; 0 for flight without drag."""
 
 
 class Air(MissionSection):
     """The air through which the UAV flies."""
 
-    density_kg_m3: Annotated[float, Number("kg/m3", ge=1e-3, le=100)] = 1.225
+    density_kg_m3: Annotated[float, Range("kg/m3", ge=1e-3, le=100)] = 1.225
     """Density ρ [kg/m³]."""
 
 
 class Earth(MissionSection):
     """Place of the mission on Earth."""
 
-    latitude_deg: Annotated[float, Number("deg", ge=-90, le=90)] | None = None
+    latitude_deg: Annotated[float, Range("deg", ge=-90, le=90)] | None = None
     """Latitude of x = y = 0 [deg]; y points north. Not beside crs."""
-    longitude_deg: Annotated[float, Number("deg", ge=-180, le=180)] | None = None
+    longitude_deg: Annotated[float, Range("deg", ge=-180, le=180)] | None = None
     """Longitude of x = y = 0 [deg]; x points east. Not beside crs."""
-    altitude_m: Annotated[float, Number("m", ge=-1e4, le=1e5)] = 0.0
+    altitude_m: Annotated[float, Range("m", ge=-1e4, le=1e5)] = 0.0
     """Altitude of z = 0 above mean sea level [m]."""
 
 
@@ -188,7 +188,7 @@ class LightReceiver(MissionSection):
 
     radius_m: Breadth | None = None
     """Radius a of a round receiver [m]."""
-    area_m2: Annotated[float, Number("m2", ge=1e-6, le=1e4)] | None = None
+    area_m2: Annotated[float, Range("m2", ge=1e-6, le=1e4)] | None = None
     """Area A of the receiver [m²]."""
     optics_efficiency: Efficiency = 1.0
     """Light behind its optics over light on it; for "divergence" χ, DC power over light [-]."""
@@ -196,7 +196,7 @@ class LightReceiver(MissionSection):
     """Electric power of its cells over light on them [-]."""
     dc_efficiency: Efficiency | None = None
     """DC power over cell power; without it 1 [-]."""
-    max_irradiance_W_m2: Annotated[float, Number("W/m2", gt=0, le=1e12)] | None = None
+    max_irradiance_W_m2: Annotated[float, Range("W/m2", gt=0, le=1e12)] | None = None
     """Largest irradiance, the mean over the receiver before its optics [W/m²]."""
     max_power_W: LoadPower | None = None
     """Largest DC power [W]."""
@@ -207,17 +207,17 @@ class Link(MissionSection):
 
     device_m: Position
     """Ground device w_u (x, y, z) [m]."""
-    noise_power_W: Annotated[float, Number("W", ge=1e-30, le=1e9)]
+    noise_power_W: Annotated[float, Range("W", ge=1e-30, le=1e9)]
     """Noise power N0 [W]."""
-    transmit_power_W: Annotated[float, Number("W", ge=1e-12, le=1e9)]
+    transmit_power_W: Annotated[float, Range("W", ge=1e-12, le=1e9)]
     """Transmit power P_u [W]."""
     transmit_voltage_V: Voltage
     """Voltage e_tr of the transmitter [V]."""
-    rice_factor: Annotated[float, Number("-", ge=0, le=1e4)]
+    rice_factor: Annotated[float, Range("-", ge=0, le=1e4)]
     """Rice factor K, a ratio and not dB [-]."""
-    snr_threshold_dB: Annotated[float, Number("dB", ge=-200, le=200)]
+    snr_threshold_dB: Annotated[float, Range("dB", ge=-200, le=200)]
     """Smallest signal-to-noise ratio γ_th [dB]."""
-    path_loss_exponent: Annotated[float, Number("-", ge=1, le=10)]
+    path_loss_exponent: Annotated[float, Range("-", ge=1, le=10)]
     """Path-loss exponent β [-]."""
 
 

@@ -28,7 +28,7 @@ from optuav.modelling.expression import Let, Parameter, Variable
 from optuav.network.timeline import Phase, PhaseStage
 from optuav.paper.ledger import Ledger
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
-from optuav.plan.trace import Event, Trace
+from optuav.plan.trace import FlightEvent, Trace
 from optuav.solving.longest import Hovers
 from optuav.solving.route_choice import RouteChoice
 from optuav.studies.sweep import Swept
@@ -67,7 +67,7 @@ RECORDS: list[Any] = [
         Capability,
         Check,
         Constraint,
-        Event,
+        FlightEvent,
         Explanation,
         Grade,
         Hovers,

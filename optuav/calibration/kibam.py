@@ -109,7 +109,7 @@ class Discharge(NamedTuple):
         return float(changes_A @ before_end_s)
 
 
-class Region(NamedTuple):
+class BatteryRegion(NamedTuple):
     """Least and largest values over all batteries up to a sum of squares, in logarithms.
 
     The logit takes the place of the logarithm of ω.
@@ -121,7 +121,7 @@ class Region(NamedTuple):
     edge: Floats  # batteries outermost in some direction (battery, [log B, logit ω, log k_F])
 
 
-class Wells(NamedTuple):
+class FittedWells(NamedTuple):
     """The wells that fit."""
 
     estimate: Estimate
@@ -328,7 +328,7 @@ class SumOfSquares:
             values = np.array([np.exp(mean), share, np.exp(rates[place]) * share * (1.0 - share)])
             yield rates[place], values, (capacities[place, 0] - mean) / usual[place]
 
-    def region(self, rate: float, limit: float) -> Region:
+    def region(self, rate: float, limit: float) -> BatteryRegion:
         """All batteries up to a sum of squares, by the ends of their profile likelihoods.
 
         One such battery has the rate.
@@ -356,7 +356,7 @@ class SumOfSquares:
         spread = points / np.maximum(high - low, fit.NOTHING)[:, None]
         outermost = np.argmax(DIRECTIONS @ spread[[0, 1, 3]], axis=1)
         edge = points[:3, np.unique(outermost)].T
-        return Region((low[:3], high[:3]), (low[3], high[3]), tuple(ends), edge)
+        return BatteryRegion((low[:3], high[:3]), (low[3], high[3]), tuple(ends), edge)
 
 
 def _least(
@@ -399,7 +399,7 @@ def _wells(
     miss: Callable[[Floats], float],
     *,
     never_longer: bool,
-) -> Wells:
+) -> FittedWells:
     """The optimum and its profile likelihood; of equally good optima the one that misses least.
 
     Where the lag is known and the rate is not, the wells settle in a usual time if that is as good.
@@ -453,7 +453,7 @@ def _wells(
     edge = np.exp(region.edge - np.logaddexp(0.0, region.edge) * (0.0, 1.0, 0.0))
     batteries = tuple(dict(zip(KEYS, battery, strict=True)) for battery in edge.tolist())
     found = Estimate(KEYS, values, left, sigma, tuple(intervals), undetermined, unsure)
-    return Wells(found, lag, settled, batteries)
+    return FittedWells(found, lag, settled, batteries)
 
 
 def _discharges(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:

@@ -20,7 +20,7 @@ from pydantic import BaseModel, ValidationError
 from optuav.arrays import Floats
 from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import beside, label, read_toml
 from optuav.mission.messages import counted, nearest, no_building, number, paths_of, shown, worded
@@ -34,8 +34,8 @@ Charge = Literal["battery_percent", "energy_percent", "adjusted_percent"]
 Cell = Literal[Time, Charge, "flight_voltage_V", "hover_voltage_V"]
 """Quantities that a row may state: times, charge left by perspective, mean voltages."""
 UNITS = {"s": "s", "percent": "%", "V": "V"}
-Positive = Annotated[float, Number("-", gt=0)]
-Duration = Annotated[float, Number("s", ge=0)]
+Positive = Annotated[float, Range("-", gt=0)]
+Duration = Annotated[float, Range("s", ge=0)]
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
 IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
 DIGITS = 6  # decimals that decide if a number repeats

@@ -14,7 +14,7 @@ import pyproj
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
-from optuav.fields import COORDINATE, Number
+from optuav.fields import COORDINATE, Range
 from optuav.mission.building_columns import COLUMNS, corners_of, of_polygons
 from optuav.mission.buildings import Buildings
 from optuav.mission.earth import DEGREES, plane
@@ -42,7 +42,7 @@ def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
     """Return whether a value is a longitude and a latitude [deg]."""
     if not isinstance(place, Sequence) or len(place) != 2:
         return False
-    limits = Number("deg", ge=-180, le=180), Number("deg", ge=-90, le=90)
+    limits = Range("deg", ge=-180, le=180), Range("deg", ge=-90, le=90)
     return all(limit.accepts(each) for limit, each in zip(limits, place, strict=True))
 
 

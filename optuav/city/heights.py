@@ -15,12 +15,12 @@ from optuav.arrays import Booleans, Floats
 from optuav.city.columns import SOLID, column, tag, texts
 from optuav.city.lengths import metres, parsed, storeys
 from optuav.errors import shown
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission.messages import listed
 
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
-ROOF = Number("m", gt=0, le=1200)  # No building is higher
-STOREYS = Number("-", gt=0, le=300)  # No building has more
+ROOF = Range("m", gt=0, le=1200)  # No building is higher
+STOREYS = Range("-", gt=0, le=300)  # No building has more
 MORE_TAGS = ("roof:levels", "roof:height", "min_height", "building:min_level")
 
 Quote = tuple[str, Any, Booleans]
@@ -114,7 +114,7 @@ def _bases(
     )
 
 
-def _within(numbers: Floats, allowed: Number) -> Floats:
+def _within(numbers: Floats, allowed: Range) -> Floats:
     """Numbers in their range, NaN for others."""
     assert allowed.le is not None
     return np.where((numbers > 0.0) & (numbers <= allowed.le), numbers, math.nan)

@@ -22,13 +22,13 @@ from optuav.city.outlines import mended, parts_of
 from optuav.city.parts import built, in_place_of_outlines, underground
 from optuav.city.questions import in_feet, not_asked, nowhere, unknown_heights
 from optuav.errors import Fault, InputError, collected, refuse
-from optuav.fields import MOST_CORNERS, Number
+from optuav.fields import MOST_CORNERS, Range
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import misfits, path_of, shown
 
-HEIGHT = Number("m", gt=0, le=1e6)
-FACTOR = Number("m", gt=0, le=1000)  # Unit of heights
+HEIGHT = Range("m", gt=0, le=1e6)
+FACTOR = Range("m", gt=0, le=1000)  # Unit of heights
 FARTHEST_M = 1e6  # Largest distance of a building from the origin of a mission
 DECIMALS = 3  # Decimals of corners [m], so that they are the same on any processor
 HALF_TURN = 180.0  # deg

@@ -245,13 +245,13 @@ def _sheet(form: type[Drone], stated: Mapping[str, Any]) -> Drone:
 
 def _answer(form: type[Drone], name: str, text: Any) -> float:
     """A number that the datasheet takes; the prompt repeats after anything else."""
-    from optuav.fields import Number
+    from optuav.fields import Range
     from optuav.mission.messages import described
 
     known = next(described(form, name))
     with suppress(ValueError):
         number = decimal(str(text))
         value = int(number) if number.is_integer() else number
-        if isinstance(known, Number) and known.accepts(value):
+        if isinstance(known, Range) and known.accepts(value):
             return value
     raise typer.BadParameter(known.words)

@@ -29,7 +29,7 @@ WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a
 
 
 @dataclass(frozen=True)
-class Study:
+class StudyOptions:
     """Options of every study: changes of the mission, and where the results go."""
 
     settings: list[str] | None = None
@@ -76,7 +76,7 @@ def compare(
     by: str | None = None,
     times: bool = False,
     *,
-    out: Study,
+    out: StudyOptions,
 ) -> None:
     """Compare answers in slots and in continuous times, by all engines, or plans.
 
@@ -122,7 +122,7 @@ def sensitivity(
     samples: int = 10_000,
     seed: int = 0,
     *,
-    out: Study,
+    out: StudyOptions,
 ) -> None:
     """Find which numbers matter most, and what their uncertainty means for the hover time.
 
@@ -141,7 +141,7 @@ def sensitivity(
         raise typer.Exit(NO)
 
 
-def power(mission: str, out: Study) -> None:
+def power(mission: str, out: StudyOptions) -> None:
     """Find the power over the air speed, and the speeds of best endurance and range."""
     out.deliver(optuav.power_curve(out.mission(mission)))
 
@@ -158,7 +158,7 @@ def coverage(
     hours: float | None = None,
     horizon_hours: float | None = None,
     *,
-    out: Study,
+    out: StudyOptions,
 ) -> None:
     """Find the share of the day that one drone covers, for ever, and the fleet for more.
 
@@ -236,14 +236,14 @@ def size(
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
     *,
-    out: Study,
+    out: StudyOptions,
 ) -> None:
     """Find the drones, beams, pads, bays and packs that cover a share, by technology."""
     table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s)
     out.deliver(table)
 
 
-def return_(mission: str, out: Study) -> None:
+def return_(mission: str, out: StudyOptions) -> None:
     """Find the last moment to leave the hover point, for the destination and every building.
 
     The laser charges the drone while it hovers. If nothing does, add --set laser= --set receiver=.
@@ -267,7 +267,7 @@ def robust(
     seed: int = 0,
     explain: bool = False,
     *,
-    out: Study,
+    out: StudyOptions,
 ) -> None:
     """Find the longest hover that can be flown wherever uncertain numbers lie in a box.
 
@@ -300,7 +300,7 @@ def map(
     height_m: float | None = None,
     perspective: Perspective = "available",
     *,
-    out: Study,
+    out: StudyOptions,
 ) -> None:
     """Find the longest hover with the device, the laser or the hover point anywhere on a grid.
 

@@ -45,7 +45,7 @@ from optuav.status import SAME_S, Status
 
 
 @runtime_checkable
-class Robust(Protocol):
+class PlanInDoubt(Protocol):
     """A plan that holds for uncertain numbers, with the hover that each of them costs [s]."""
 
     @property
@@ -58,7 +58,7 @@ class Robust(Protocol):
 
 
 Asked: TypeAlias = Program | Plan | Mission | str | Path
-Subject: TypeAlias = Asked | Robust
+Subject: TypeAlias = Asked | PlanInDoubt
 STOPS = (
     "several stops have no single programme, they are searched for: explain the mission for the "
     "constraints, prices and repairs of one rest and one hover"
@@ -98,7 +98,7 @@ def explain(
     ----------
     subject
         A plan or its file (.json), a program of `optuav.formulate`, or a mission for
-        `optuav.solve`. For a `RobustPlan`, its question is explained with certain numbers,
+        `optuav.solve`. For a `PlanInDoubt`, its question is explained with certain numbers,
         and the number that costs most hover is named.
     problem, perspective
         With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the
@@ -134,7 +134,7 @@ def explain(
     options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}
     if isinstance(subject, str | Path) and Path(subject).suffix == ".json":
         subject = saved_plan(subject)
-    elif isinstance(subject, Robust):
+    elif isinstance(subject, PlanInDoubt):
         _refuse_options("robust plan", options, graph, problem=problem, perspective=perspective)
         taken = {**_of_plan(subject.plan), "engine": "auto"}  # Whatever engine took the corners
         certain = explain(subject.plan.mission, **taken)

@@ -43,7 +43,7 @@ WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
 SAME = 1e-6  # Largest relative difference of equal times or charges
 
 
-class Verdict(NamedTuple):
+class Conclusion(NamedTuple):
     """A plan in one sentence: hover time, whether the plan flies, why not."""
 
     promise: str  # Such as "719.54 s of hover promised"; empty without a plan
@@ -58,17 +58,17 @@ class Verdict(NamedTuple):
         )
 
 
-def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
+def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
     """Return the verdict; broken are the kinds of constraints that even the flight breaks."""
     if not plan:
         known = [SHORT[kind] for kind in broken if kind in SHORT]
         reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
-        return Verdict("", "no plan", STATED.sub(lambda m: f"{KEYS[m[1]]} of ", reason), False)
+        return Conclusion("", "no plan", STATED.sub(lambda m: f"{KEYS[m[1]]} of ", reason), False)
     hover = f"{plan.hover_time_s:.2f} s of hover"
     if not plan.hover_time_s:  # as on the shortest trip
         hover = f"{plan.mission_time_s:.2f} s of travel"
     if plan.flyable is not False:
-        return Verdict(hover, "flies" if plan.flyable else "not simulated", "", True)
+        return Conclusion(hover, "flies" if plan.flyable else "not simulated", "", True)
     event, reason = "cannot be flown", next(iter(plan.faults), "")
     if (dry_s := plan.runs_dry_s) is not None:
         turns = plan.mission.battery.takes_turns
@@ -77,7 +77,7 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
     elif (full_s := plan.overfull_s) is not None:
         event = f"overfills at {full_s:.0f} s"
         reason = "the available well is full and takes less than the plan counts on"
-    return Verdict(f"{hover} promised", event, reason, False)
+    return Conclusion(f"{hover} promised", event, reason, False)
 
 
 def route(plan: Plan) -> str:

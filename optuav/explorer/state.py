@@ -10,7 +10,7 @@ import numpy as np
 from formulations.formulation import Formulation
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.explorer.pictures import PICTURES
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission
 from optuav.mission.keys import now_of
 from optuav.mission.messages import number, shown, unknown
@@ -23,7 +23,7 @@ SWITCHED = "limits.keep_soc"  # Set by the switch beside the slider of η0
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
 STEPS = 200  # Most steps of a slider
 HIGHEST_SOC = 0.95  # End of the slider of η0, which must be less than 1
-TIME = Number("s", gt=0.0, le=1e9)
+TIME = Range("s", gt=0.0, le=1e9)
 FILES = ("mission", "plan")
 OPTIONS: Mapping[str, tuple[str, ...]] = {
     "problem": get_args(ProblemName),

@@ -25,7 +25,7 @@ class Step(NamedTuple):
     peak_speed_m_s: float  # 0 in a stay
 
 
-class Course(NamedTuple):
+class PlanOnEarth(NamedTuple):
     """A plan on Earth."""
 
     name: str

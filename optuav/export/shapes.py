@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from xml.etree import ElementTree
 
-from optuav.export import Course, Step
+from optuav.export import PlanOnEarth, Step
 
 KML = "http://www.opengis.net/kml/2.2"
 
 
-def geojson(course: Course) -> str:
+def geojson(course: PlanOnEarth) -> str:
     """A line for each flight, and a point for each stay."""
     features = []
     for step in course.steps:
@@ -25,7 +25,7 @@ def geojson(course: Course) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
-def kml(course: Course) -> str:
+def kml(course: PlanOnEarth) -> str:
     """A placemark for each flight and each stay."""
     root = ElementTree.Element("kml", xmlns=KML)
     document = ElementTree.SubElement(root, "Document")
@@ -46,7 +46,7 @@ def kml(course: Course) -> str:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
-def _points(course: Course, step: Step) -> list[list[float]]:
+def _points(course: PlanOnEarth, step: Step) -> list[list[float]]:
     """Longitudes and latitudes [deg] and altitudes above mean sea level [m]."""
     return [[*point[:2], round(point.z_m + course.altitude_m, 6)] for point in step.way]
 

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from optuav.export import Course, Position
+from optuav.export import PlanOnEarth, Position
 
 WAYPOINT, LOITER_TIME, LAND, TAKE_OFF, DELAY, CHANGE_SPEED = 16, 19, 21, 22, 93, 178
 GLOBAL, MISSION, RELATIVE = 0, 2, 3
@@ -28,7 +28,7 @@ class Item(NamedTuple):
     position: Position | None = None
 
 
-def items(course: Course) -> Iterator[Item]:
+def items(course: PlanOnEarth) -> Iterator[Item]:
     """Yield the commands after home."""
     yield Item(TAKE_OFF, (0.0, 0.0, 0.0), course.start)
     for step in course.steps:
@@ -45,7 +45,7 @@ def items(course: Course) -> Iterator[Item]:
             yield Item(TAKE_OFF, (0.0, 0.0, 0.0), end)
 
 
-def plan(course: Course) -> str:
+def plan(course: PlanOnEarth) -> str:
     """The mission as a plan of QGroundControl (its file format, version 1)."""
     home_m = course.start.z_m
     listed = []
@@ -80,7 +80,7 @@ def plan(course: Course) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
-def waypoints(course: Course) -> str:
+def waypoints(course: PlanOnEarth) -> str:
     """The mission as MAVLink's text of waypoints, version 110; lines with # are comments."""
     start, home_m = course.start, course.start.z_m
     rows = [(1, GLOBAL, WAYPOINT, (0.0, 0.0, 0.0), start[1], start[0], home_m + course.altitude_m)]

@@ -15,8 +15,8 @@ from optuav.fields import (
     Current,
     Efficiency,
     LoadPower,
-    Number,
     Power,
+    Range,
     Slider,
     Speed,
 )
@@ -44,7 +44,7 @@ class RotaryWingFlight(FlightTable):
     """Induced speed in hover v_0 [m/s]."""
     tip_speed_m_s: Speed
     """Speed of the blade tips U_tip [m/s]."""
-    parasite_W_s3_m3: Annotated[float, Number("W s3/m3", ge=0, le=1e6)]
+    parasite_W_s3_m3: Annotated[float, Range("W s3/m3", ge=0, le=1e6)]
     """Power of the fuselage over cubed speed, ½d_0ρsA [W s³/m³]."""
     efficiency: Efficiency = 1.0
     """Share of the battery's power that reaches the rotors [-]."""

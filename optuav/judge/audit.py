@@ -16,7 +16,7 @@ from optuav.mission.messages import shown
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings, wrapped
-from optuav.plan.trace import Event
+from optuav.plan.trace import FlightEvent
 
 MOST_SHOWN = 20  # Largest number of events that are printed one by one
 
@@ -47,7 +47,7 @@ class Audit(Judged):
     source: str
     subject: Plan | Itinerary
     replay: Replay | None
-    events: tuple[Event, ...]
+    events: tuple[FlightEvent, ...]
 
     @property
     def contradicted(self) -> bool:
@@ -67,8 +67,8 @@ class Audit(Judged):
         return self._html(f"{self.verdict}: {self.source}", *more)
 
     def to_frame(self) -> DataFrame:
-        """The events, one row each, with columns as the attributes of `Event`; needs pandas."""
-        return frame(map(asdict, self.events), [field.name for field in fields(Event)])
+        """The events, a row each, with columns as the fields of `FlightEvent`; needs pandas."""
+        return frame(map(asdict, self.events), [field.name for field in fields(FlightEvent)])
 
     def to_dict(self) -> dict[str, object]:
         """The audit as plain data: strings, numbers, truth values, lists, dicts and None."""
@@ -120,11 +120,11 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     if isinstance(subject, Plan) and not subject:
         why = "; ".join(subject.reasons) or subject.proof
         words = f"there is no plan ({subject.status.value}): {why}"
-        return Audit(source, subject, None, (Event("no plan", 0.0, words),))
+        return Audit(source, subject, None, (FlightEvent("no plan", 0.0, words),))
     replayed = replay(subject)
     events = list(replayed.events)
     if words := unknown_buildings(subject.mission):
-        events.insert(0, Event("unknown", 0.0, words, violation=False))
+        events.insert(0, FlightEvent("unknown", 0.0, words, violation=False))
     if isinstance(subject, Plan):
         follows = subject.to_dict()
         # Warnings repeat figures in sentences, which another version may put otherwise.
@@ -133,7 +133,9 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     return Audit(source, subject, replayed, tuple(events))
 
 
-def _contradictions(here: str, stated: object, follows: object, time_s: float) -> Iterator[Event]:
+def _contradictions(
+    here: str, stated: object, follows: object, time_s: float
+) -> Iterator[FlightEvent]:
     """Figures that a file repeats and that do not follow from its phases."""
     if isinstance(stated, dict) and isinstance(follows, dict) and stated.keys() == follows.keys():
         for key in follows:
@@ -144,10 +146,10 @@ def _contradictions(here: str, stated: object, follows: object, time_s: float) -
     elif _is_number(stated) and _is_number(follows):
         if not same(stated, follows):
             words = f"{here}: the file says {stated:.10g}, its phases say {follows:.10g}"
-            yield Event(MISMATCH, time_s, words, float(stated), float(follows))
+            yield FlightEvent(MISMATCH, time_s, words, float(stated), float(follows))
     elif stated != follows:
         words = f"{here}: the file says {shown(stated)}, its phases say {shown(follows)}"
-        yield Event(MISMATCH, time_s, words)
+        yield FlightEvent(MISMATCH, time_s, words)
 
 
 def _is_number(value: object) -> TypeGuard[float]:

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.judge.timeline import Phase, motion
+from optuav.judge.timeline import SimulatedPhase, motion
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import kibam, packs
 from optuav.physics.kibam import Battery, Wells, held, holding_current
 from optuav.physics.quantity import Quantity
-from optuav.plan.trace import Event, Trace
+from optuav.plan.trace import FlightEvent, Trace
 
 TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
 
@@ -21,7 +21,7 @@ FULL = 1e-12  # Share of the capacity that rounding may cost a full well [-]
 POINTS = 65  # Moments of a stretch in a trace, its ends among them
 
 
-class Stretch(NamedTuple):
+class WellStretch(NamedTuple):
     """A stretch of time without changes, with the wells of every pack before it.
 
     It has the numbers of its phase, and of its stage in that. Currents are positive while charging;
@@ -58,16 +58,16 @@ class Course(NamedTuple):
 
     pack: Battery  # One of them
     # In order of time; they end early where no pack is left to fly on.
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[WellStretch, ...]
     ends: tuple[tuple[Wells, ...], ...]  # Wells of every pack at the end of every phase [A s]
-    events: tuple[Event, ...]  # When packs are empty or full
+    events: tuple[FlightEvent, ...]  # When packs are empty or full
 
 
-def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
+def pooled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
     """All packs as one battery, which may pass empty and full; tapered, it is kept full at most."""
     pool, tapers = mission.pool, mission.battery.charging == "taper"
     wells = Wells(*map(float, vehicle.start(mission).wells(pool)))
-    stretches, ends = list[Stretch](), list[tuple[Wells, ...]]()
+    stretches, ends = list[WellStretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
         for number, stage in enumerate(phase.stages):
             current_A, start_s, steady_s = stage.net.current_A, stage.start_s, stage.duration_s
@@ -75,7 +75,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
                 steady_s = min(_filled_s(pool, wells, current_A), steady_s)
             parts = [(steady_s, False), (stage.duration_s - steady_s, True)]
             for lasts_s, full in parts if steady_s < stage.duration_s else parts[:1]:
-                stretch = Stretch(place, number, start_s, lasts_s, (current_A,), (wells,), full)
+                stretch = WellStretch(place, number, start_s, lasts_s, (current_A,), (wells,), full)
                 (after,) = stretch.wells(pool, lasts_s)
                 wells = Wells(*map(float, after))
                 stretches.append(stretch)
@@ -86,7 +86,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
     ends_As = np.array([*(stretch.before[0].available_As for stretch in stretches[1:]), wells[0]])
     full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
     dry, over = "the available well runs dry", "charging drives the available well past full"
-    events = list[Event]()
+    events = list[FlightEvent]()
     for kind, crossing_s, beyond, limit_As, worst, words in (
         ("empty", kibam.time_to_empty, ends_As < -slack_As, 0.0, ends_As.argmin(), dry),
         ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
@@ -96,7 +96,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
             passed_s = float(crossing_s(pool, first.before[0], first.currents_A[0]))
             time_s, worst_s = first.start_s + min(passed_s, first.duration_s), farthest.end_s
             figures = float(ends_As[worst]), limit_As, "A s"
-            events.append(Event(kind, time_s, words, *figures, value_s=worst_s))
+            events.append(FlightEvent(kind, time_s, words, *figures, value_s=worst_s))
     return Course(pool, tuple(stretches), tuple(ends), tuple(events))
 
 
@@ -109,14 +109,14 @@ def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
     return float(kibam.time_to_full(pool, wells, current_A))
 
 
-def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
+def scheduled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
     """Packs that carry the phases under the mission's schedule; a phase is a job."""
     battery = mission.battery
     pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
     begin = vehicle.start(mission).wells(mission.pool)
     begin_of_pack = Wells(*(float(well) / battery.packs for well in begin))
     flown = packs.Packs(pack, battery.packs, battery.schedule, battery.period_s, begin_of_pack)
-    stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
+    stretches, ends, events = list[WellStretch](), list[tuple[Wells, ...]](), list[FlightEvent]()
     for place, phase in enumerate(phases):
         before = _each(flown.wells)
         stage_ends_s = np.array([stage.end_s for stage in phase.stages])
@@ -129,7 +129,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
             if duration_s > 0.0:
                 stage = int(np.searchsorted(stage_ends_s, start_s + 0.5 * duration_s))
                 currents_A = tuple(map(float, carried.currents_A[0]))
-                stretches.append(Stretch(place, stage, start_s, duration_s, currents_A, before))
+                stretches.append(WellStretch(place, stage, start_s, duration_s, currents_A, before))
             before = _each(carried.wells)
             for state, ended, number in (
                 ("empty", carried.emptied[0], carried.carrier[0]),
@@ -137,7 +137,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
             ):
                 if ended:
                     kind, words = f"pack {state}", f"pack {number + 1} is {state}"
-                    events.append(Event(kind, start_s + duration_s, words, violation=False))
+                    events.append(FlightEvent(kind, start_s + duration_s, words, violation=False))
         ends.append(before)
     if flown.exhausted[0]:
         end_s, missing_As = float(flown.clock_s[0]), 0.0
@@ -146,7 +146,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
             missing_As += float(each.drawn.current_A) * unflown_s
         if missing_As > TOLERANCE * float(mission.pool.capacity_As):
             words = "no pack is left to fly on"
-            events.append(Event("empty", end_s, words, -missing_As, 0.0, "A s"))
+            events.append(FlightEvent("empty", end_s, words, -missing_As, 0.0, "A s"))
     return Course(flown.pack, tuple(stretches), tuple(ends), tuple(events))
 
 
@@ -156,7 +156,7 @@ def _each(wells: Wells) -> tuple[Wells, ...]:
 
 
 def soc(
-    mission: Mission, flown: Sequence[Phase], time_s: Floats, share: Floats
+    mission: Mission, flown: Sequence[SimulatedPhase], time_s: Floats, share: Floats
 ) -> dict[str, Floats]:
     """State of charge by perspective [-] at moments [s]; the share is (y1 + y2)/B [-].
 
@@ -185,7 +185,7 @@ def soc(
     }
 
 
-def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
+def trace(mission: Mission, flown: Sequence[SimulatedPhase], course: Course) -> Trace:
     """The table over time of phases and packs; some phase takes time."""
     lasting = [stretch for stretch in course.stretches if stretch.duration_s > 0.0]
     pieces = [_piece(mission, flown[stretch.phase], course.pack, stretch) for stretch in lasting]
@@ -195,7 +195,9 @@ def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
     return Trace(**columns, soc=soc(mission, flown, columns["time_s"], share))
 
 
-def _piece(mission: Mission, phase: Phase, pack: Battery, stretch: Stretch) -> dict[str, Any]:
+def _piece(
+    mission: Mission, phase: SimulatedPhase, pack: Battery, stretch: WellStretch
+) -> dict[str, Any]:
     """The columns of a stretch."""
     stage = phase.stages[stretch.stage]
     passed_s = np.linspace(0.0, stretch.duration_s, POINTS)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
 from optuav.plan import Plan
-from optuav.plan.trace import Event
+from optuav.plan.trace import FlightEvent
 
 Interval = tuple[float, float]
 
@@ -21,7 +21,7 @@ class FleetReplay(Judged):
 
     courses: tuple[Replay, ...]  # Between exchanges of packs; equal ones are simulated once
     longest_gap_s: float  # With fewer hovering drones than requested
-    events: tuple[Event, ...]  # Faults, in order of time
+    events: tuple[FlightEvent, ...]  # Faults, in order of time
 
     def _repr_html_(self) -> str:
         return self._html(f"{self.verdict}: {len(self.courses)} courses")
@@ -51,11 +51,16 @@ def replay_fleet(
     """
     replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
     courses = tuple(replays[id(plan)] for plan in plans)
-    events, hovers, stays, lit = list[Event](), list[Interval](), list[Interval](), list[Interval]()
+    events, hovers, stays, lit = (
+        list[FlightEvent](),
+        list[Interval](),
+        list[Interval](),
+        list[Interval](),
+    )
     for number, (course, offset_s) in enumerate(zip(courses, offsets_s, strict=True)):
         words = f"drone {number + 1}: "
         for event in course.violations:
-            events.append(Event(event.kind, offset_s + event.time_s, words + event.words))
+            events.append(FlightEvent(event.kind, offset_s + event.time_s, words + event.words))
         assert course.course is not None
         least = course.mission.limits.min_soc - TOLERANCE
         size_As = float(course.mission.pool.capacity_As)
@@ -68,43 +73,43 @@ def replay_fleet(
                 stays.append((end_s, end_s + place_s))
                 if float(wells.total_As) < least * size_As:
                     low = f"{words}too little charge is left at a landing"
-                    events.append(Event("state of charge", end_s, low))
+                    events.append(FlightEvent("state of charge", end_s, low))
     rounding_s = TOLERANCE * until_s
     gap_s, faults = _coverage_faults(sorted(hovers), share, overlap_s, until_s, rounding_s)
     events += faults
     most, at_s = busiest(stays, rounding_s)
     if most > places:
-        events.append(Event("place", at_s, f"{most} drones rest at {places} places"))
+        events.append(FlightEvent("place", at_s, f"{most} drones rest at {places} places"))
     most, at_s = busiest([*lit, *stays], rounding_s)
     if beams is not None and most > beams:
-        events.append(Event("beam", at_s, f"{most} drones are lit by {beams} beams"))
+        events.append(FlightEvent("beam", at_s, f"{most} drones are lit by {beams} beams"))
     events.sort(key=lambda event: event.time_s)
     return FleetReplay(courses, gap_s, tuple(events))
 
 
 def _coverage_faults(
     hovers: Sequence[Interval], share: float, overlap_s: float, until_s: float, rounding_s: float
-) -> tuple[float, list[Event]]:
+) -> tuple[float, list[FlightEvent]]:
     """The longest gap [s], and faults of hovers in order of their starts."""
-    wanted, faults = max(1, math.floor(share * (1.0 + TOLERANCE))), list[Event]()
+    wanted, faults = max(1, math.floor(share * (1.0 + TOLERANCE))), list[FlightEvent]()
     first_s = hovers[wanted - 1][0] if wanted <= len(hovers) else until_s
     counted = [(begin_s, end_s - overlap_s) for begin_s, end_s in hovers]
     shortest_s = min((end_s - begin_s for begin_s, end_s in counted), default=0.0)
     allowed_s = max(shortest_s * (1.0 / share - 1.0) - overlap_s, 0.0) + rounding_s
     gap_s, at_s = longest_gap(hovers, wanted, first_s, until_s)
     if gap_s > allowed_s:
-        faults.append(Event("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
+        faults.append(FlightEvent("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
     elif share * (1.0 + TOLERANCE) >= 1.0:
         short_s, at_s = longest_gap(counted, wanted, first_s, until_s)
         if short_s > rounding_s:
             words = f"hovers overlap by {overlap_s - short_s:.2f} s, less than {overlap_s:g} s"
-            faults.append(Event("overlap", at_s, words))
+            faults.append(FlightEvent("overlap", at_s, words))
     passed_s = hovers[-1][0] - hovers[0][0] if hovers else 0.0
     if passed_s > 0.0:
         mean = math.fsum(end_s - begin_s for begin_s, end_s in counted[:-1]) / passed_s
         if mean < share * (1.0 - TOLERANCE) - rounding_s / passed_s:
             words = f"{mean:.6g} hover on average, less than {share:g}"
-            faults.append(Event("share", hovers[0][0], words))
+            faults.append(FlightEvent("share", hovers[0][0], words))
     return gap_s, faults
 
 

@@ -18,7 +18,7 @@ from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
-from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments
+from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places, segments
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
@@ -30,7 +30,7 @@ from optuav.physics.flight import Loads
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.plan.plan import refuse_contradictions
-from optuav.plan.trace import Event, Trace
+from optuav.plan.trace import FlightEvent, Trace
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -48,10 +48,10 @@ IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 class Judged:
     """Base class for results with events, some making a plan not flyable."""
 
-    events: tuple[Event, ...]
+    events: tuple[FlightEvent, ...]
 
     @property
-    def violations(self) -> tuple[Event, ...]:
+    def violations(self) -> tuple[FlightEvent, ...]:
         """The events that make the plan not flyable."""
         return tuple(event for event in self.events if event.violation)
 
@@ -66,9 +66,9 @@ class Judged:
         return "FLYABLE" if self.flyable else "NOT FLYABLE"
 
     @property
-    def by_kind(self) -> dict[str, list[Event]]:
+    def by_kind(self) -> dict[str, list[FlightEvent]]:
         """The events under the headings of a page."""
-        groups: dict[str, list[Event]] = {"Violated": [], "Contradicted": [], "To know": []}
+        groups: dict[str, list[FlightEvent]] = {"Violated": [], "Contradicted": [], "To know": []}
         for event in self.events:
             wrong = "Contradicted" if event.kind == MISMATCH else "Violated"
             groups[wrong if event.violation else "To know"].append(event)
@@ -112,10 +112,10 @@ class Replay(Judged):
     """
 
     subject: Plan | Itinerary
-    phases: tuple[Phase, ...]
+    phases: tuple[SimulatedPhase, ...]
     course: Course | None
     soc: Mapping[str, float]
-    events: tuple[Event, ...]
+    events: tuple[FlightEvent, ...]
 
     @property
     def mission(self) -> Mission:
@@ -236,16 +236,16 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
         refuse_contradictions(plan, data, source)
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
-    events = list[Event]()
+    events = list[FlightEvent]()
     if why := mission.flight_model.impossible():
-        events.append(Event("impossible", 0.0, f"the UAV cannot fly: {why}"))
+        events.append(FlightEvent("impossible", 0.0, f"the UAV cannot fly: {why}"))
     for name in (name for name, place in at.items() if math.isnan(place.position_m[0])):
         words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
-        events.append(Event("impossible", 0.0, words))
+        events.append(FlightEvent("impossible", 0.0, words))
     flown = () if events else phases(mission, at, planned)
     for leg in (phase for phase in flown if math.isnan(phase.duration_s)):
         words = f"the leg {leg.start.name} → {leg.end.name} cannot be flown in this wind"
-        events.append(Event("impossible", 0.0, words))
+        events.append(FlightEvent("impossible", 0.0, words))
     if events:
         return Replay(plan, (), None, {}, tuple(events))
     course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
@@ -262,7 +262,7 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     return Replay(plan, flown, course, left, tuple(events))
 
 
-def _broken_limits(mission: Mission, flown: Sequence[Phase]) -> Iterator[Event]:
+def _broken_limits(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterator[FlightEvent]:
     """Broken limits, except of the battery, and remarks."""
     end_s, deadline_s = flown[-1].end_s, mission.limits.deadline_s
     for place, due, time_s, verb in (
@@ -270,16 +270,18 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase]) -> Iterator[Event]:
         (flown[-1].end, "destination", end_s, "ends"),
     ):
         if place.name != due:
-            yield Event("ends", time_s, f"the mission {verb} at {place.name}, not at the {due}")
+            yield FlightEvent(
+                "ends", time_s, f"the mission {verb} at {place.name}, not at the {due}"
+            )
     for phase in flown:
         if phase.stated:
             where = "to" if phase.kind == "flight" else "at"
             words = f"the {phase.kind} {where} {phase.end.name} has figures that the user stated"
-            yield Event("stated", phase.start_s, words, violation=False)
+            yield FlightEvent("stated", phase.start_s, words, violation=False)
         if phase.crosses != CLEAR:
             way = f"{phase.start.name} → {phase.end.name}"
             words = f"the leg {way} runs through building {mission.buildings.names[phase.crosses]}"
-            yield Event("building", phase.start_s, words)
+            yield FlightEvent("building", phase.start_s, words)
         if phase.waypoints_m and not phase.stated:
             yield from _bent(mission, phase)
         yield from _too_fast(mission, phase)
@@ -295,15 +297,17 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase]) -> Iterator[Event]:
                 break
             peak_s += float(part.duration_s)
         words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
-        yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
+        yield FlightEvent("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
         if warning := flight.speed_warning(speed_m_s, has_drag=model.has_drag):
-            yield Event("no drag", peak_s, warning, violation=False)
+            yield FlightEvent("no drag", peak_s, warning, violation=False)
     if end_s > deadline_s * (1.0 + TOLERANCE):
         words = "the deadline passes before the mission ends"
-        yield Event("deadline", deadline_s, words, end_s, deadline_s, "s")
+        yield FlightEvent("deadline", deadline_s, words, end_s, deadline_s, "s")
 
 
-def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> Iterator[Event]:
+def _reserve(
+    mission: Mission, flown: Sequence[SimulatedPhase], soc: Sequence[float]
+) -> Iterator[FlightEvent]:
     """Too little charge at the end or at a landing, by the state of charge after phases [-]."""
     least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
     for phase, left in zip(flown[:-1], soc[:-1], strict=True):
@@ -311,16 +315,16 @@ def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> 
             where = on_landing(phase.end.name)
             if always:
                 words = f"too little charge is left {where}"
-                yield Event("state of charge", phase.end_s, words, left, least)
+                yield FlightEvent("state of charge", phase.end_s, words, left, least)
             else:
                 words = f"limits.keep_soc = 'end' allows a low charge {where}"
-                yield Event(BELOW_RESERVE, phase.end_s, words, left, least, violation=False)
+                yield FlightEvent(BELOW_RESERVE, phase.end_s, words, left, least, violation=False)
     if soc[-1] < least - TOLERANCE:
         words = "too little charge is left at the end"
-        yield Event("state of charge", flown[-1].end_s, words, soc[-1], least)
+        yield FlightEvent("state of charge", flown[-1].end_s, words, soc[-1], least)
 
 
-def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
+def _too_fast(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     """Yield where a leg is flown faster than the cap, or slower than the plan says."""
     if phase.kind != "flight" or phase.stated:
         return
@@ -332,11 +336,11 @@ def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
         speed_m_s = math.hypot(*velocity_m_s)
         if speed_m_s < stated_m_s * (1.0 - TOLERANCE):
             words = f"the leg {way} cannot be flown as fast as the plan says"
-            yield Event("speed", phase.start_s, words, stated_m_s, speed_m_s, "m/s")
+            yield FlightEvent("speed", phase.start_s, words, stated_m_s, speed_m_s, "m/s")
         air_speed_m_s = math.dist(velocity_m_s, mission.wind.velocity_m_s)
         if cap_m_s is not None and air_speed_m_s > cap_m_s * (1.0 + TOLERANCE):
             words = f"the leg {way} is flown faster than flight.{CAP}"
-            yield Event("speed", phase.start_s, words, air_speed_m_s, cap_m_s, "m/s")
+            yield FlightEvent("speed", phase.start_s, words, air_speed_m_s, cap_m_s, "m/s")
 
 
 def _peak_velocity_m_s(mission: Mission, part: Loads) -> Floats:
@@ -347,14 +351,14 @@ def _peak_velocity_m_s(mission: Mission, part: Loads) -> Floats:
     return np.asarray(velocity_m_s * [1.0, 1.0, not level])
 
 
-def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
+def _bent(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     """Yield the broken limits of a bent leg."""
     keys, way = mission.flight, f"{phase.start.name} → {phase.end.name}"
     highest_m = max(z for _, _, z in phase.waypoints_m)
     apart_m, ceiling_m = map(float, way_limits_m(keys))
     if highest_m > ceiling_m * (1.0 + TOLERANCE):
         words = f"a waypoint of the leg {way} is above flight.max_altitude_m"
-        yield Event("altitude", phase.start_s, words, highest_m, ceiling_m, "m")
+        yield FlightEvent("altitude", phase.start_s, words, highest_m, ceiling_m, "m")
     ends_on = phase.start.roof, phase.end.roof
     if keys.obstacle_rule != "ignore":
         near = too_near(mission, np.array(phase.points_m), ends_on, apart_m, TOLERANCE)
@@ -363,30 +367,30 @@ def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
             least[building] = min(distance_m, least.get(building, math.inf))
         for building, distance_m in least.items():
             words = f"the leg {way} comes too near to building {mission.buildings.names[building]}"
-            yield Event("clearance", phase.start_s, words, distance_m, apart_m, "m")
+            yield FlightEvent("clearance", phase.start_s, words, distance_m, apart_m, "m")
 
 
-def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
+def _stay(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     """Yield the broken limits at the place of a stay, and whether the laser is out of sight."""
     place, start_s, limits = phase.end, phase.start_s, mission.limits
     z, low, high = place.position_m[2], limits.min_altitude_m, limits.max_altitude_m
     if phase.kind == "hover":
         if not low * (1.0 - TOLERANCE) <= z <= high * (1.0 + TOLERANCE):
             words = f"hovering at {place.name} leaves the altitude band"
-            yield Event("altitude", start_s, words, z, low if z < low else high, "m")
+            yield FlightEvent("altitude", start_s, words, z, low if z < low else high, "m")
         distance_m = math.dist(place.position_m, mission.link.device_m)
         radius_m = vehicle.coverage_radius_m(mission)
         if distance_m > radius_m * (1.0 + TOLERANCE):
             outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
             where = f"out of coverage of the device (outage {outage:.3g})"
             words = f"hovering at {place.name} is {where}"
-            yield Event("coverage", start_s, words, distance_m, radius_m, "m")
+            yield FlightEvent("coverage", start_s, words, distance_m, radius_m, "m")
     elif place.roof == CLEAR and z > 0.0:
         words = f"nothing to rest on at {place.name}: no roof, and the ground is {z:g} m below"
-        yield Event("no roof", start_s, words)
+        yield FlightEvent("no roof", start_s, words)
     if mission.laser is not None and not place.sight and not phase.stated:
         words = f"no sight of the laser at {place.name}: nothing charges the battery there"
-        yield Event("no sight", start_s, words, violation=False)
+        yield FlightEvent("no sight", start_s, words, violation=False)
 
 
 Figure = tuple[float, str, float, float, float, str]
@@ -394,7 +398,7 @@ Figure = tuple[float, str, float, float, float, str]
 
 
 def _figures(
-    plan: Plan, flown: Sequence[Phase], course: Course, soc: Mapping[str, float]
+    plan: Plan, flown: Sequence[SimulatedPhase], course: Course, soc: Mapping[str, float]
 ) -> Iterator[Figure]:
     """The figures that a plan and its simulation state."""
     capacity_As = float(plan.mission.pool.capacity_As)
@@ -420,19 +424,19 @@ def _figures(
         yield flown[-1].end_s, f"soc.{name}", (plan.soc or {})[name], soc[name], 1.0, ""
 
 
-def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Event]:
+def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[FlightEvent]:
     """Yield where figures, whole slots or the verdict of a plan contradict its simulation."""
-    events = list[Event]()
+    events = list[FlightEvent]()
     for time_s, name, stated, simulated, scale, unit in figures:
         if not same(stated, simulated, abs_tol=TOLERANCE * scale):
             words = f"{name}: the plan says {stated:.10g}, it is {simulated:.10g} {unit}"
-            events.append(Event(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
+            events.append(FlightEvent(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
     hover_s = plan.hover_time_s
     objective_s = hover_s if plan.objective is None else plan.objective  # As in older files
     states_hover = plan.problem in LONGEST_HOVER
     if states_hover and not same(objective_s, hover_s, abs_tol=TOLERANCE):
         words = f"objective: the plan says {objective_s:.10g} s, it hovers {hover_s:.10g} s"
-        events.append(Event(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
+        events.append(FlightEvent(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
     slot_s = plan.slot_s if plan.problem in IN_SLOTS else None
     at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
     for number, stay in enumerate(plan.phases if slot_s else ()):
@@ -442,10 +446,10 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Eve
         if not exempt and not same(round(slots) * (slot_s or 1.0), stay.duration_s):
             why = f"phases[{number}] is {slots:.10g} slots"
             words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
-            events.append(Event(MISMATCH, stay.start_s, words, slot_s, None, "s"))
+            events.append(FlightEvent(MISMATCH, stay.start_s, words, slot_s, None, "s"))
     flies = not broken and (plan.flyable is True or not events)
     if plan.flyable not in (None, flies):
         says = "cannot be flown, it can" if flies else "can be flown, it cannot"
         words = f"flyable: the plan says that it {says}"
-        events.append(Event(MISMATCH, plan.mission_time_s, words))
+        events.append(FlightEvent(MISMATCH, plan.mission_time_s, words))
     return events

@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import refuse
-from optuav.fields import COORDINATE, Number
+from optuav.fields import COORDINATE, Range
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.mission import Mission, load
 from optuav.mission.forms import SCHEMA
@@ -31,7 +31,7 @@ from optuav.plan import Plan, Stop
 Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
 Point = tuple[float, float, float]
-DURATION = Number("s", ge=0, le=1e7)
+DURATION = Range("s", ge=0, le=1e7)
 
 
 @dataclass(frozen=True, init=False)
@@ -166,7 +166,7 @@ class Place(NamedTuple):
     received: Flow
 
 
-class Stage(NamedTuple):
+class SimulatedStage(NamedTuple):
     """A stage of constant current, from its start counted from take-off, and its flows."""
 
     name: str  # On a leg that of the flight model's stage, else the kind of the phase
@@ -188,7 +188,7 @@ class Stage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Phase:
+class SimulatedPhase:
     """A leg, a hover or a rest, with its stages in order, at least one.
 
     A leg has a length, a peak speed, waypoints, and perhaps stated speeds of its segments.
@@ -199,7 +199,7 @@ class Phase:
     end: Place
     start_s: float  # Counted from take-off, as the end
     end_s: float
-    stages: tuple[Stage, ...]
+    stages: tuple[SimulatedStage, ...]
     distance_m: float
     peak_speed_m_s: float
     crosses: int  # Number of a building in the way of a leg, −1 if it is clear
@@ -250,11 +250,11 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
 
 def phases(
     mission: Mission, at: Mapping[str | Point, Place], planned: Sequence[Move]
-) -> tuple[Phase, ...]:
+) -> tuple[SimulatedPhase, ...]:
     """The phases of some moves between places that are known."""
     flight = mission.flight_model
     loads = {"hover": vehicle.hover_load(mission), "rest": flight.rest()}
-    found, start_s = list[Phase](), 0.0
+    found, start_s = list[SimulatedPhase](), 0.0
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
     ways = _ways(mission, planned, ends)
     for move, (start, end), (blocker, waypoints_m) in zip(planned, ends, ways, strict=True):
@@ -276,13 +276,13 @@ def phases(
                 flows = map(Flow, flown.currents_A, flown.powers_W)
                 named = zip(flown.stages, flown.durations_s, flows, strict=True)
                 rows += [(*stage, NOTHING) for stage in named]
-        stages, end_s = list[Stage](), start_s
+        stages, end_s = list[SimulatedStage](), start_s
         for name, duration_s, drawn, received in rows:
-            stages.append(Stage(name, end_s, float(duration_s), drawn, received))
+            stages.append(SimulatedStage(name, end_s, float(duration_s), drawn, received))
             end_s = stages[-1].end_s
         crosses = blocker if move.kind == "flight" and user is None else CLEAR
         figures = length_m, peak_m_s, crosses, user is not None, waypoints_m, move.speeds_m_s
-        found.append(Phase(move.kind, start, end, start_s, end_s, tuple(stages), *figures))
+        found.append(SimulatedPhase(move.kind, start, end, start_s, end_s, tuple(stages), *figures))
         start_s = end_s
     return tuple(found)
 
@@ -334,7 +334,7 @@ def ways_along(points_m: Sequence[Point]) -> list[Point]:
     return [(d - a, e - b, f - c) for (a, b, c), (d, e, f) in pairwise(points_m)]
 
 
-def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats]:
+def motion(mission: Mission, phase: SimulatedPhase, passed_s: Floats) -> dict[str, Floats]:
     """Motion at moments since a phase began [s], as columns of a `Trace`.
 
     A leg with stated figures is flown at constant speed; its attitude is unknown (NaN), as in

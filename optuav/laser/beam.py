@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from optuav import physics
-from optuav.fields import MadeOfTables, MissionSection, Number, OneOf, Position, Power, Slider
+from optuav.fields import MadeOfTables, MissionSection, OneOf, Position, Power, Range, Slider
 
 if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain
@@ -31,11 +31,11 @@ class LaserTable(MissionSection):
     """Source w_s (x, y, z) [m]."""
     power_W: Power
     """Largest source power P_s; for "divergence" of light, else electrical [W]."""
-    wavelength_nm: Annotated[float, Number("nm", ge=1, le=1e6)]
+    wavelength_nm: Annotated[float, Range("nm", ge=1, le=1e6)]
     """Wavelength λ [nm]."""
-    visibility_km: Annotated[float, Number("km", ge=1e-3, le=1e4)] | None = None
+    visibility_km: Annotated[float, Range("km", ge=1e-3, le=1e4)] | None = None
     """Visibility V [km], which gives the attenuation; or state attenuation_per_km."""
-    attenuation_per_km: Annotated[float, Number("1/km", ge=0, le=1e4)] | None = None
+    attenuation_per_km: Annotated[float, Range("1/km", ge=0, le=1e4)] | None = None
     """Attenuation α [1/km]; or state visibility_km."""
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from optuav import physics
-from optuav.fields import Breadth, Number, Slider
+from optuav.fields import Breadth, Range, Slider
 from optuav.laser.beam import BEAM, LaserTable, SpreadingBeam
 from optuav.physics import beams
 from optuav.tables import LightReceiver
@@ -26,7 +26,7 @@ class DivergingLaser(LaserTable):
     beam: Annotated[Literal["divergence"], BEAM]
     aperture_m: Breadth
     """Diameter D of the aperture [m]."""
-    divergence_rad: Annotated[float, Number("rad", ge=0, le=1)]
+    divergence_rad: Annotated[float, Range("rad", ge=0, le=1)]
     """Full angle Δθ of the divergence [rad]."""
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import model_validator
 
 from optuav import physics
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.laser.beam import BEAM, Beam, LaserTable
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from optuav.physics.quantity import Quantity
 
 _KNOWN = "; known at 810 and 1550 nm"
-Slope = Annotated[float, Number("-", ge=1e-6, le=1e3, note=_KNOWN)]
-Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
+Slope = Annotated[float, Range("-", ge=1e-6, le=1e3, note=_KNOWN)]
+Offset = Annotated[float, Range("W", ge=-1e9, le=1e9, note=_KNOWN)]
 
 _COEFFICIENTS = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
 CONVERSIONS: dict[float, dict[str, float]] = {

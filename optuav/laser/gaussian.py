@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from optuav import physics
-from optuav.fields import Breadth, Efficiency, Number, Slider
+from optuav.fields import Breadth, Efficiency, Range, Slider
 from optuav.laser.beam import BATTERY, BEAM, LaserTable, SpreadingBeam
 from optuav.physics import beams
 from optuav.tables import LightReceiver
@@ -26,11 +26,11 @@ class GaussianLaser(LaserTable):
     """Diameter D of the aperture [m]."""
     waist_m: Breadth | None = None
     """Radius w_0 at the aperture, at 1/e² of the intensity [m]; without it D/(2√2)."""
-    m2: Annotated[float, Number("-", ge=1, le=1e4)] = 1.0
+    m2: Annotated[float, Range("-", ge=1, le=1e4)] = 1.0
     """Beam quality M² [-]."""
-    jitter_rad: Annotated[float, Number("rad", ge=0, le=0.1)] = 0.0
+    jitter_rad: Annotated[float, Range("rad", ge=0, le=0.1)] = 0.0
     """Standard deviation σ of the pointing, per axis [rad]."""
-    turbulence_cn2: Annotated[float, Number("m^(-2/3)", ge=0, le=1e-8)] = 0.0
+    turbulence_cn2: Annotated[float, Range("m^(-2/3)", ge=0, le=1e-8)] = 0.0
     """Strength of the turbulence C_n², the same all along the way [m^(−2/3)]."""
     source_efficiency: Efficiency
     """Light over electric power of the source [-]."""

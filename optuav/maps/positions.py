@@ -12,7 +12,7 @@ import numpy as np
 from formulations.soc import AVAILABLE, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse, require
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.earth import stated_system
 from optuav.mission.messages import misfits, shown, unlisted
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
 Bounds: TypeAlias = Sequence[float] | Floats
-COORDINATE, DISTANCE = Number("m", ge=-1e6, le=1e6), Number("m", ge=1e-3, le=1e6)
+COORDINATE, DISTANCE = Range("m", ge=-1e6, le=1e6), Range("m", ge=1e-3, le=1e6)
 DECIMALS = 6  # Decimals of coordinates [m]
 ROUNDING = 1e-9  # Share of a distance that bounds may fall short of the last point
 MOST_POINTS, BYTES = 4_000_000, 100

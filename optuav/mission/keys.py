@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from optuav.errors import Fault
-from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
+from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Range
 from optuav.mission.forms import TABLES, table_keys
 from optuav.mission.messages import nearest, number, number_of
 from optuav.mission.mission import Mission
@@ -38,7 +38,7 @@ class Key:
     unit: str  # As its range states it; ``"-"`` for a ratio
 
 
-def numeric_keys() -> dict[str, Number]:
+def numeric_keys() -> dict[str, Range]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
     numbers = {PER_MINUTE: RATE_PER_MINUTE}
     for table in TABLES[:-1]:

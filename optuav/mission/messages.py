@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
-from optuav.fields import Allowed, Number, OneOf, short
+from optuav.fields import Allowed, OneOf, Range, short
 from optuav.mission.files import expanded
 from optuav.mission.forms import forms
 
@@ -50,7 +50,7 @@ def allowed(model: type[BaseModel], key: str) -> str:
     return next(described(model, key)).words
 
 
-def number(name: str) -> Number | None:
+def number(name: str) -> Range | None:
     """Unit and range of a key of the mission by its dotted name; None if it is not a number."""
     table, _, key = name.partition(".")
     form = next((form for form in forms(table) if key in form.model_fields), None)
@@ -58,18 +58,18 @@ def number(name: str) -> Number | None:
 
 
 @cache
-def number_of(form: type[BaseModel], key: str) -> Number | None:
+def number_of(form: type[BaseModel], key: str) -> Range | None:
     """Unit and range of a field; None if it is not a number."""
     whole = next(described(form, key), None)
-    return whole if isinstance(whole, Number) else None
+    return whole if isinstance(whole, Range) else None
 
 
-def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number | OneOf]:
+def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Range | OneOf]:
     """Yield the limits in the type of a field, then in the components of a vector."""
     field = model.model_fields[key]
     of_options = (getattr(argument, "__metadata__", ()) for argument in get_args(field.annotation))
     for item in (*field.metadata, *(item for items in of_options for item in items)):
-        if isinstance(item, Allowed | Number | OneOf):
+        if isinstance(item, Allowed | Range | OneOf):
             yield item
 
 
@@ -90,7 +90,7 @@ def no_building(stated: str, names: Sequence[str]) -> str:
     return f"the mission's buildings {known}{nearest(stated, [table + name for name in names])}"
 
 
-def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
+def misfits(*stated: tuple[str, object, Range]) -> Iterator[Fault]:
     """Yield a fault for each option that is not such a number; a whole one must be integral."""
     for option, value, number in stated:
         if not number.accepts(value) or (number.whole and not isinstance(value, Integral)):

@@ -11,7 +11,7 @@ import tomli_w
 from pydantic import ValidationError
 
 from optuav.errors import Fault, InputError, refuse
-from optuav.fields import MissionSection, Number
+from optuav.fields import MissionSection, Range
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import STANDARD, seen_from
 from optuav.mission.forms import SCHEMA
@@ -33,8 +33,8 @@ GRAVITY_M_S2 = 9.8
 MOTION = {"climb_speed_m_s": 5.0, "descent_speed_m_s": 4.0, "acceleration_m_s2": 2.5}
 """Speeds and acceleration assumed for a drone whose rotors and fuselage are known."""
 
-Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
-Watts = Annotated[float, Number("W", ge=1, le=1e6)]
+Minutes = Annotated[float, Range("min", ge=1, le=1e4)]
+Watts = Annotated[float, Range("W", ge=1, le=1e6)]
 
 INSTEAD = {"hover_power_W": "hover_min", "cruise_power_W": "cruise_min"}
 """Powers that may be stated in place of times."""
@@ -134,21 +134,21 @@ def _text(value: object) -> str:
 class Drone(MissionSection):
     """Fields of every datasheet of a multirotor, and what follows from them."""
 
-    mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]
+    mass_kg: Annotated[float, Range("kg", ge=0.05, le=1000)]
     """Take-off mass of the published flight times [kg]."""
-    payload_kg: Annotated[float, Number("kg", ge=0, le=1000)] = 0.0
+    payload_kg: Annotated[float, Range("kg", ge=0, le=1000)] = 0.0
     """Mass carried in addition, such as the receiver of the laser [kg]."""
-    packs: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 1
+    packs: Annotated[int, Range("-", ge=1, le=100, whole=True)] = 1
     """Number of battery packs [-]."""
-    cells: Annotated[int, Number("-", ge=1, le=100, whole=True)]
+    cells: Annotated[int, Range("-", ge=1, le=100, whole=True)]
     """Cells of a pack in series [-]."""
-    capacity_mAh: Annotated[float, Number("mAh", ge=10, le=1e6)]
+    capacity_mAh: Annotated[float, Range("mAh", ge=10, le=1e6)]
     """Capacity of one pack [mAh]."""
-    cruise_speed_m_s: Annotated[float, Number("m/s", ge=0.5, le=100)]
+    cruise_speed_m_s: Annotated[float, Range("m/s", ge=0.5, le=100)]
     """Cruise speed [m/s]."""
-    reserve_percent: Annotated[float, Number("%", ge=0, le=90)] = 20.0
+    reserve_percent: Annotated[float, Range("%", ge=0, le=90)] = 20.0
     """Charge that shall be left after landing [%]."""
-    laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
+    laser_power_W: Annotated[float, Range("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
     battery: BatteryName = "lipo"
     """Kind of cells that gives the wells: lipo, liion or paper."""
@@ -375,17 +375,17 @@ class RotorDatasheet(Drone):
         "rest_power_W": (*LIFTED, *BLADES[2:], "efficiency"),
     }
 
-    rotors: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 4
+    rotors: Annotated[int, Range("-", ge=1, le=100, whole=True)] = 4
     """Number of rotors [-]."""
-    rotor_radius_m: Annotated[float, Number("m", ge=0.01, le=20)]
+    rotor_radius_m: Annotated[float, Range("m", ge=0.01, le=20)]
     """Radius of a rotor [m]."""
-    blade_solidity: Annotated[float, Number("-", ge=1e-3, le=1)]
+    blade_solidity: Annotated[float, Range("-", ge=1e-3, le=1)]
     """Share of a rotor's disc that its blades fill [-]."""
-    tip_speed_m_s: Annotated[float, Number("m/s", ge=1, le=340)]
+    tip_speed_m_s: Annotated[float, Range("m/s", ge=1, le=340)]
     """Speed of the blade tips in hover [m/s]."""
-    drag_ratio: Annotated[float, Number("-", ge=0, le=100)]
+    drag_ratio: Annotated[float, Range("-", ge=0, le=100)]
     """Drag area of the fuselage over the area of all blades [-]."""
-    efficiency: Annotated[float, Number("-", ge=0.01, le=1)] = 0.75
+    efficiency: Annotated[float, Range("-", ge=0.01, le=1)] = 0.75
     """Share of the battery's power that reaches the rotors [-]."""
 
     def mission(self) -> Mission:

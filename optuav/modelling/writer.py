@@ -238,7 +238,7 @@ class Text:
         return Written(self._times(*factors), PRODUCT)
 
 
-class Parts(NamedTuple):
+class SymbolParts(NamedTuple):
     """A symbol such as ``"P_0,hv'"``, taken apart."""
 
     base: str
@@ -246,14 +246,14 @@ class Parts(NamedTuple):
     primes: str
 
 
-def parts_of(symbol: str) -> Parts | None:
+def parts_of(symbol: str) -> SymbolParts | None:
     """The parts of a symbol; None of a sum, or of words."""
     match = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
     if match is None:
         return None
     base, index, primes, subscript, more_primes = match.groups(default="")
     below = [part for part in (index, *subscript.split(",")) if part]
-    return Parts(base, below, primes + more_primes)
+    return SymbolParts(base, below, primes + more_primes)
 
 
 OPERATORS = frozenset({"exp", "ln", "max", "min", "sin", "cos", "tan", "tanh"})

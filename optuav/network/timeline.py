@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Len
 from pydantic import ConfigDict, FailFast, Strict
 
-from optuav.fields import LARGEST, Number, Position
+from optuav.fields import LARGEST, Position, Range
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -22,8 +22,8 @@ from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
 Kind = Literal["flight", "hover", "rest"]
-Figure = Annotated[float, Number("", ge=-LARGEST, le=LARGEST)]
-Amount = Annotated[float, Number("", ge=0.0, le=LARGEST)]
+Figure = Annotated[float, Range("", ge=-LARGEST, le=LARGEST)]
+Amount = Annotated[float, Range("", ge=0.0, le=LARGEST)]
 PerPack = Annotated[tuple[Figure, ...], Len(1), FailFast()]
 Text = Annotated[str, Strict()]
 Words = Annotated[tuple[str, ...], FailFast()]

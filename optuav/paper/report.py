@@ -39,7 +39,7 @@ MARKS = re.compile(r"[\\`*_\[\]<$|&~]|:(?=//)|(?<=www)\.|^\s*(?:[>#+=-]|\d+[.)])
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class PaperStudy:
     """A figure or table of the paper for a mission, or something that the paper leaves out.
 
     `make` yields the exhibits of a mission with all that the study `needs`; where it is `counted`,
@@ -78,7 +78,7 @@ class Study:
 
 
 STUDIES = tuple(
-    Study(name, **{**texts, "make": getattr(figures, texts["make"])})
+    PaperStudy(name, **{**texts, "make": getattr(figures, texts["make"])})
     for name, texts in DATA["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
@@ -160,7 +160,7 @@ def _files(
     """Every file by its name in the directory, the report last, with its contents on top."""
     missions = PAPERS if own is None else (own,)
     chosen = [study for study in STUDIES if not only or {study.name, *study.numbers} & {*only}]
-    shown = defaultdict[Study, list[Element]](list)
+    shown = defaultdict[PaperStudy, list[Element]](list)
     left_out = defaultdict[tuple[str, str], list[str]](list)
     steps = [(study, mission) for study in chosen for mission in missions]
     made = run_tasks(_made, [(*step, only) for step in steps], workers)
@@ -201,7 +201,7 @@ def _files(
 
 
 def _made(
-    study: Study, mission: Mission, only: Sequence[str]
+    study: PaperStudy, mission: Mission, only: Sequence[str]
 ) -> tuple[dict[str, bytes], list[Element], list[tuple[str, str]]]:
     """Files of a study of a mission, its part of the report, and omissions with reasons."""
     contents: dict[str, bytes] = {}

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from optuav.errors import Fault, InputError, require, shown
-from optuav.export import NOT_FLOWN, Course, Position, Step, shapes, waypoints
+from optuav.export import NOT_FLOWN, PlanOnEarth, Position, Step, shapes, waypoints
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_text
 from optuav.mission.messages import path_of
 from optuav.network.scene import scene
 from optuav.plan.data import PlanData
 
-WRITERS: dict[str, Callable[[Course], str]] = {
+WRITERS: dict[str, Callable[[PlanOnEarth], str]] = {
     ".kml": shapes.kml,
     ".geojson": shapes.geojson,
     ".plan": waypoints.plan,
@@ -40,7 +40,7 @@ def export(plan: PlanData, path: str | Path, *, force: bool = False) -> Path:
     return file
 
 
-def course_of(plan: PlanData) -> Course:
+def course_of(plan: PlanData) -> PlanOnEarth:
     """The places and waypoints of a plan on Earth, in its order, without stays of no length."""
     mission, route = plan.mission, plan.route
     if (crs := stated_system(mission)) is None:
@@ -70,4 +70,4 @@ def course_of(plan: PlanData) -> Course:
                 way = (places[phase.start_place], *way)
             steps.append(Step(phase.kind, end, way, phase.duration_s, phase.peak_speed_m_s))
     altitude_m = mission.earth.altitude_m if mission.earth else 0.0
-    return Course(mission.name, (NOT_FLOWN, *plan.faults), altitude_m, tuple(steps))
+    return PlanOnEarth(mission.name, (NOT_FLOWN, *plan.faults), altitude_m, tuple(steps))

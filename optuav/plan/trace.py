@@ -18,7 +18,7 @@ APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
 
 
 @dataclass(frozen=True)
-class Event:
+class FlightEvent:
     """Something that happens during a mission, or that a plan gets wrong.
 
     Parameters

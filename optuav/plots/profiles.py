@@ -19,7 +19,7 @@ from optuav.mission.messages import listed, shown
 from optuav.network.scene import scene
 from optuav.physics.flight import LegState, Loads
 from optuav.plan import Plan
-from optuav.plan.trace import Event
+from optuav.plan.trace import FlightEvent
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, PINK, SKY, Band, mark
 
@@ -124,7 +124,7 @@ def profile(
     return axes
 
 
-def timed(replayed: Replay) -> list[tuple[str, Event]]:
+def timed(replayed: Replay) -> list[tuple[str, FlightEvent]]:
     """Violations with their words; figures that contradict themselves have no moment."""
     return [
         (f"{WORDS.get(event.kind, event.kind)} at {event.time_s:.1f} s", event)

@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission
 from optuav.mission.files import read_toml
 from optuav.mission.messages import nearest, of_kind, path_of
@@ -121,7 +121,7 @@ def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> 
 def _factor(form: object) -> tuple[float, float] | None:
     """Return both ends of a factor; None if it has another form."""
     numbers = form if isinstance(form, dict) else {}
-    if not all(Number("-", gt=0.0, le=1e6).accepts(number) for number in numbers.values()):
+    if not all(Range("-", gt=0.0, le=1e6).accepts(number) for number in numbers.values()):
         return None
     if numbers.keys() == {"percent"} and numbers["percent"] < 100.0:
         return 1.0 - numbers["percent"] / 100.0, 1.0 + numbers["percent"] / 100.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted, misfits, shown, unlisted
 from optuav.network import vehicle
@@ -30,8 +30,8 @@ from optuav.solving.program import Program
 
 Figure = TypeVar("Figure")
 PERSPECTIVES = ("available", "battery")
-DURATION = Number("s", gt=0, le=1e7)
-POWER = Number("W", gt=0, le=1e9)
+DURATION = Range("s", gt=0, le=1e7)
+POWER = Range("W", gt=0, le=1e9)
 DRONES_IN_CALM = "{} drones"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, NoPlanError, printable, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import counted, misfits, shown
 from optuav.physics.kibam import Stage, Wells, step, tapered
@@ -31,9 +31,9 @@ Constraints: TypeAlias = tuple[Integers, Sequence[float] | Floats, float]
 """Columns of unknowns (row, entry), the weight of each entry, and the largest sum of a row."""
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
-HOURS = Number("h", gt=0.0, le=240.0)
+HOURS = Range("h", gt=0.0, le=240.0)
 MOST = 100
-DRONES = Number("-", ge=1, le=MOST, whole=True)
+DRONES = Range("-", ge=1, le=MOST, whole=True)
 UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
 SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 """Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, Literal, NamedTuple, TypedDict
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission import Mission
 from optuav.mission.messages import counted, misfits, shown
@@ -22,9 +22,9 @@ from optuav.service.endless import EndlessCycle
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Result
 
-SHARE = Number("-", gt=0, le=1000, note=", where 1 is all of the time")
-OVERLAP = Number("s", ge=0, le=1e7)
-COUNT = Number("-", ge=1, le=10_000, whole=True)
+SHARE = Range("-", gt=0, le=1000, note=", where 1 is all of the time")
+OVERLAP = Range("s", ge=0, le=1e7)
+COUNT = Range("-", ge=1, le=10_000, whole=True)
 UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
 UNITS |= {"wait_s": "s"}
 DAY_S = 86_400.0
@@ -100,7 +100,7 @@ class Fleet(Result):
         A charger goes on while its drone waits, until the next one needs the place. Days are > 0
         and up to 30 [d], else `InputError`.
         """
-        refuse(misfits(("days", days, Number("d", gt=0, le=30))))
+        refuse(misfits(("days", days, Range("d", gt=0, le=30))))
         visit, until_s = self.visit, days * DAY_S
         turn_s = self.starts_every_s * self.drones
         ground_s = turn_s - self.hover_s - visit.flight_s

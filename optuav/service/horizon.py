@@ -9,7 +9,7 @@ from typing import Any, Literal, TypedDict
 import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.judge import Itinerary, Stop, replay
 from optuav.mission.messages import misfits, shown
 from optuav.network.network import build_network
@@ -24,7 +24,7 @@ from optuav.service.levels import draw_wells
 from optuav.solving.several_stops import terrain
 from optuav.studies.results import Pictures, Result
 
-HOURS = Number("h", gt=0.0, le=2000.0)
+HOURS = Range("h", gt=0.0, le=2000.0)
 UNITS = {"place": "", "kind": "", "duration_s": "s"}
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unlisted
 from optuav.network import vehicle
@@ -34,8 +34,8 @@ from optuav.studies.results import Pictures, Result
 from optuav.studies.samples import SEED, completed
 
 MOST_SAMPLES = 1_000_000
-SAMPLES = Number("-", ge=1, le=MOST_SAMPLES, whole=True)
-CHANCE = Number("-", gt=0.0, lt=1.0)
+SAMPLES = Range("-", ge=1, le=MOST_SAMPLES, whole=True)
+CHANCE = Range("-", gt=0.0, lt=1.0)
 PERSPECTIVES_TAKEN = (AVAILABLE, "battery")
 PROBLEMS_TAKEN = ("P1", "P3", "P4")
 UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}

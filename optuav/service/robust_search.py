@@ -44,7 +44,7 @@ class RobustTimes(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Robust(Formulation):
+class RobustHover(Formulation):
     """Longest hover within limits that hold at all points."""
 
     emptiest: tuple[Quantities, ...]
@@ -240,7 +240,7 @@ class Search:
         table = quantities(self.network, shared, rests=rests, steps=False)
         flown = np.asarray(np.reshape(able, (-1, programmes)).all(axis=0))
         fewest, most = corners
-        return Robust(emptiest=fewest, fullest=most).model(table, perspective), flown
+        return RobustHover(emptiest=fewest, fullest=most).model(table, perspective), flown
 
 
 @lru_cache(maxsize=4)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypedDict
 import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
 from optuav.mission.messages import misfits, of_kind, path_of, unknown
@@ -24,7 +24,7 @@ from optuav.studies.results import Pictures, Result
 PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
 """Names of prices: a drone without its packs, a beam, a pad by cable, a charger for packs outside
 a drone, the packs of one drone, and a tethered drone in place of all of them."""
-PRICE = Number("-", ge=0.0, le=1e12)
+PRICE = Range("-", ge=0.0, le=1e12)
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
 UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
 SHARES = 100  # Shares in a picture

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats, Integers, plain
 from optuav.errors import Fault, printable, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import counted, listed, misfits, shown, unlisted
@@ -35,10 +35,10 @@ from optuav.siting.selection import (
 from optuav.solving.question import LIMIT
 from optuav.status import SAME_S
 
-COUNT = Number("-", ge=1, le=1000, whole=True)
-ENOUGH = Number("s", gt=0.0, le=1e7)
-GAP = Number("-", ge=0.0, le=1.0)
-COORDINATE = Number("m", ge=-1e6, le=1e6)
+COUNT = Range("-", ge=1, le=1000, whole=True)
+ENOUGH = Range("s", gt=0.0, le=1e7)
+GAP = Range("-", ge=0.0, le=1.0)
+COORDINATE = Range("m", ge=-1e6, le=1e6)
 HEADS = {"mean": "Mean", "worst": "Shortest", "covered": "Covered"}
 WITHOUT_PLAN = {
     "mean": "they count as 0 s",
@@ -104,7 +104,7 @@ class Siting(Presented):
 
         Unchanged without a plan; `InputError` if that mission does not exist.
         """
-        known = Number("-", ge=0, lt=len(self.missions), whole=True)
+        known = Range("-", ge=0, lt=len(self.missions), whole=True)
         refuse(misfits(("number", number, known)))
         mission, laser = self.missions[number], int(self.laser[number])
         if laser < 0:

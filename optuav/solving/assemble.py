@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, Number, Quantities
+from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, MissionFigure, Quantities
 from formulations.soc import STAYS
 from optuav.arrays import Integers
 from optuav.mission.keys import now_of, numeric_keys
@@ -52,23 +52,25 @@ def quantities(
     return chosen(figures(variants), which, variant, **changes)
 
 
-def numbers(variants: Variants, which: Integers, variant: Integers | None) -> dict[str, Number]:
+def numbers(
+    variants: Variants, which: Integers, variant: Integers | None
+) -> dict[str, MissionFigure]:
     """The mission's numbers by table and key, and the length and the places of itineraries."""
-    named, network = dict[str, Number](), variants.network
+    named, network = dict[str, MissionFigure](), variants.network
     for name, allowed in numeric_keys().items():
         unit = "1" if allowed.unit == "-" else allowed.unit
         if (value := now_of(variants.mission, name)) is not None:
             value = table_entries(value, variant, which)
-        named[name.replace(".", "_", 1)] = Number(value, unit, name)
+        named[name.replace(".", "_", 1)] = MissionFigure(value, unit, name)
     flown_m = totals(variants.distance_m, network.routes.legs)
-    named["flight_distance_m"] = Number(table_entries(flown_m, variant, which), "m")
+    named["flight_distance_m"] = MissionFigure(table_entries(flown_m, variant, which), "m")
     building = network.routes.building[which]
     stays = {"hover": np.full(len(which), HOVER)}
     stays |= {"rest": network.places.on(building)} if (building >= 0).all() else {}
     for stay, place in stays.items():
         for axis in range(3):
             at_m = table_entries(variants.position_m[..., axis], variant, place)
-            named[f"{stay}_position_m[{axis}]"] = Number(at_m, "m")
+            named[f"{stay}_position_m[{axis}]"] = MissionFigure(at_m, "m")
     return named
 
 

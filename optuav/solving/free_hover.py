@@ -78,7 +78,7 @@ DESCRIPTIONS = {
 """Printed in place of formulas in w that would fill a page."""
 
 
-class Region:
+class HoverRegion:
     """Region where a UAV may hover: a ball around the device, cut by the altitude band."""
 
     def __init__(self, mission: Mission) -> None:
@@ -131,7 +131,7 @@ class PointSearch:
     def __init__(
         self, perspective: Perspective, mission: Mission, latest: float = math.inf
     ) -> None:
-        self.perspective, self.region, self.latest = perspective, Region(mission), latest
+        self.perspective, self.region, self.latest = perspective, HoverRegion(mission), latest
         self.w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
         # Any point is stated, as variants of the mission have others.
         anywhere_m = tuple(self.region.inside(self.region.centre_m).tolist())
@@ -317,7 +317,7 @@ def free_program(question: Question, mission: Mission, *, declared: bool = True)
     """
     fixed = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
     at_mission = declared_program(replace(fixed, time_limit_s=None), build_network(mission))
-    region, network, parts = Region(mission), at_mission.network, list[Part]()
+    region, network, parts = HoverRegion(mission), at_mission.network, list[Part]()
     reached = np.zeros(0, dtype=np.intp)
     if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
         legs, table = network.routes.legs, network.legs

@@ -15,7 +15,7 @@ from optuav.arrays import Booleans, Floats, plain
 from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse, shown
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission.messages import unlisted
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.options import KEEP_SOC, KeepSoc
@@ -26,14 +26,14 @@ from optuav.status import SAME_S
 
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
-CURRENT, DURATION = Number("A", ge=-1e6, le=1e6), Number("s", ge=0, le=1e7)
-FLYING = Number("A", ge=-1e6, le=0, note="; in flight nothing charges")
+CURRENT, DURATION = Range("A", ge=-1e6, le=1e6), Range("s", ge=0, le=1e7)
+FLYING = Range("A", ge=-1e6, le=0, note="; in flight nothing charges")
 RANGES = {
     "deadline_s": DURATION,
-    "min_soc": Number("-", ge=0, le=1),
-    "capacity_As": Number("A s", ge=1e-3, le=1e12),
-    "available_fraction": Number("-", ge=1e-6, le=0.999999),
-    "flow_rate_per_s": Number("1/s", ge=0, le=1e3),
+    "min_soc": Range("-", ge=0, le=1),
+    "capacity_As": Range("A s", ge=1e-3, le=1e12),
+    "available_fraction": Range("-", ge=1e-6, le=0.999999),
+    "flow_rate_per_s": Range("1/s", ge=0, le=1e3),
     "hover_current_A": CURRENT,
     "rest_current_A": CURRENT,
 }
@@ -139,7 +139,7 @@ def longest_hovers(
     """
     faults, shapes = list[Fault](), dict[tuple[int, ...], str]()
 
-    def read(name: str, value: npt.ArrayLike, allowed: Number) -> Any:
+    def read(name: str, value: npt.ArrayLike, allowed: Range) -> Any:
         """Return the figure as an array; append its faults to `faults`."""
         try:
             figure = plain(value).astype(float)

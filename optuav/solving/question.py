@@ -26,7 +26,7 @@ from optuav.engines.registry import (
 )
 from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, collected, nearest, refuse
-from optuav.fields import SLOT, Number
+from optuav.fields import SLOT, Range
 from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
@@ -41,9 +41,9 @@ OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
 OWN_PROBLEMS: dict[str, type[Formulation] | Formulation] = {}
 """Problems from outside the package by name, as classes or with their fields: `optuav.register`."""
 ASKED = "one perspective, or a list of different ones"
-LIMIT = Number("s", gt=0.0, le=1e9)
-RESTS = Number("-", ge=0, le=10, whole=True)
-HOVERS = Number("-", ge=1, le=10, whole=True)
+LIMIT = Range("s", gt=0.0, le=1e9)
+RESTS = Range("-", ge=0, le=10, whole=True)
+HOVERS = Range("-", ge=1, le=10, whole=True)
 MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
 
 

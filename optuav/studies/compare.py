@@ -10,7 +10,7 @@ from typing import Any, Literal, overload
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, collected, refuse
-from optuav.fields import SLOT, Number
+from optuav.fields import SLOT, Range
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, several, shown, unknown
@@ -33,7 +33,7 @@ TAKEN_BY_ALL = {"schedule": "pooled", "charging": "constant"}
 """Settings of the battery that all engines compared under `available` take."""
 SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
 PERIODS_S = (60.0,)
-PERIOD = Number("s", ge=1e-3, le=1e7)
+PERIOD = Range("s", ge=1e-3, le=1e7)
 AXES: Mapping[str, tuple[str, ...]] = {
     "perspective": tuple(COMPARED),
     "trajectory": ("direct", "traj1", "traj2", "optimal"),

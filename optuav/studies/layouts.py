@@ -12,21 +12,21 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, plain
 from optuav.errors import Fault, collected, refuse
-from optuav.fields import MOST_ITEMS, Number
+from optuav.fields import MOST_ITEMS, Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.studies.samples import SEED
 
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-COUNT = Number("-", ge=1, le=1e6, whole=True)
-HEIGHT = Number("m", ge=0, le=1e4)
+COUNT = Range("-", ge=1, le=1e6, whole=True)
+HEIGHT = Range("m", ge=0, le=1e4)
 OPTIONS = {
-    "buildings": Number("-", ge=1, le=MOST_ITEMS, whole=True),
-    "size_m": Number("m", ge=1e-3, le=1e4),
-    "built_up": Number("-", gt=0, lt=1),
-    "per_km2": Number("1/km2", gt=0, le=1e6),
-    "height_scale_m": Number("m", gt=0, le=1e3),
+    "buildings": Range("-", ge=1, le=MOST_ITEMS, whole=True),
+    "size_m": Range("m", ge=1e-3, le=1e4),
+    "built_up": Range("-", gt=0, lt=1),
+    "per_km2": Range("1/km2", gt=0, le=1e6),
+    "height_scale_m": Range("m", gt=0, le=1e3),
 }
 SQUARES: dict[str, Any] = {"buildings": 10, "heights_m": (60.0, 100.0), "size_m": 40.0}
 TOWN: dict[str, Any] = {"built_up": 0.3, "per_km2": 500.0, "height_scale_m": 15.0}
@@ -124,7 +124,7 @@ def layouts(
     if not _ordered(options["heights_m"], 2, HEIGHT):
         words = f"two heights, the lower first, each {HEIGHT.words}"
         faults.append(Fault("heights_m", shown(heights_m), words))
-    if not _ordered(area_m, 4, Number("m", ge=-1e6, le=1e6)):
+    if not _ordered(area_m, 4, Range("m", ge=-1e6, le=1e6)):
         words = "(x low, y low, x high, y high), low < high, each |x| <= 1e6 [m]"
         faults.append(Fault("area_m", shown(area_m), words))
     with collected(faults):
@@ -199,7 +199,7 @@ def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
     return missions
 
 
-def _ordered(values: object, count: int, number: Number) -> bool:
+def _ordered(values: object, count: int, number: Range) -> bool:
     """Return whether values are `count` numbers, the lower half not above the upper."""
     values = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(values, tuple | list) or len(values) != count:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from optuav.errors import Fault, InputError, folded, line_width, printed, refuse
-from optuav.fields import COORDINATE, Number
+from optuav.fields import COORDINATE, Range
 from optuav.frames import DataFrame, frame
 from optuav.laser.beam import BEAMS, SpreadingBeam
 from optuav.mission import Mission, load
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SAME = 1e-9  # Smallest relative decrease of a power that a limit counts for
-POWER = Number("W", ge=-1e9, le=1e9)
+POWER = Range("W", ge=-1e9, le=1e9)
 
 
 class Station(NamedTuple):

@@ -9,13 +9,13 @@ from multiprocessing import get_context, parent_process
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.plugins import read_plugins
 
 Result = TypeVar("Result")
 FEWEST = 4  # Tasks that are worth a process, which takes a second to start
 starting = Lock()  # Held while processes begin
-WORKERS = Number("-", ge=1, le=1000, whole=True)
+WORKERS = Range("-", ge=1, le=1000, whole=True)
 
 
 def run_tasks(

@@ -14,7 +14,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.laser.fits import CONVERSIONS, Laser
 from optuav.mission import Mission, load
 from optuav.mission.files import label, read_toml
@@ -34,9 +34,9 @@ from optuav.mission.messages import misfits, path_of, shown, unlisted
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
-COUNT = Number("-", ge=1, le=1e7, whole=True)
-SEED = Number("-", ge=0, le=2**63, whole=True)
-FINITE = Number("-", gt=-math.inf, lt=math.inf)
+COUNT = Range("-", ge=1, le=1e7, whole=True)
+SEED = Range("-", ge=0, le=2**63, whole=True)
+FINITE = Range("-", gt=-math.inf, lt=math.inf)
 KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
 DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution

@@ -11,7 +11,7 @@ import numpy as np
 
 from optuav.arrays import Floats, plain
 from optuav.errors import Fault, InputError, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.laser.fits import CONVERSIONS, Laser
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
@@ -199,7 +199,7 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
     return values
 
 
-def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | None]:
+def _column(key: str, stated: object, allowed: Range) -> tuple[Floats, Fault | None]:
     """Return the values of a key, and their fault."""
     words = f"a list or an array, each {allowed.words}"
     try:

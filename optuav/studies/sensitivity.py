@@ -11,7 +11,7 @@ import numpy as np
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
-from optuav.fields import Number
+from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted, misfits, shown, unlisted
 from optuav.options import Perspective
@@ -35,7 +35,7 @@ from optuav.studies.samples import (
 from optuav.studies.scenarios import Scenarios
 from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
-SAMPLES = Number("-", ge=1, le=1e8, whole=True)
+SAMPLES = Range("-", ge=1, le=1e8, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of measured values; [route] and [limits] hold choices."""
 STEP = 1e-4  # Step of the rates at the value of a key, relative to it

@@ -17,7 +17,7 @@ from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, collected, refuse
-from optuav.fields import Allowed, Number
+from optuav.fields import Allowed, Range
 from optuav.mission import load_all
 from optuav.mission.files import STANDARD, beside, label, read_toml
 from optuav.mission.load import is_name
@@ -29,7 +29,7 @@ from optuav.studies.scenarios import Scenarios, check, values_of
 
 Document: TypeAlias = dict[str, Any]
 
-PART = Number("-", ge=1, le=1e6, whole=True)
+PART = Range("-", ge=1, le=1e6, whole=True)
 MOST_PARTS = 100_000
 RANGE = "a list of numbers, or a table such as { low = 600, high = 1800, count = 41 }"
 NAMED = 'a problem such as "P1" or { name = "P4", building = "b1" }'

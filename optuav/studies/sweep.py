@@ -187,7 +187,7 @@ def run(
     """Solve the parts of a plan that are still missing; see `sweep`."""
     manifest, directory, count = _manifest(plan), plan.output, plan.scenarios.count
     begun, stamp = _is_begun(directory, manifest), manifest["hash"]
-    stored = Parts(directory, stamp, count, plan.scenarios_per_part, len(plan.questions))
+    stored = SweepParts(directory, stamp, count, plan.scenarios_per_part, len(plan.questions))
     # All parts are checked: a file from elsewhere is refused before anything is computed.
     left = [n for n in range(plan.parts) if not stored.is_whole(n) or not resume]
     kept, done = plan.parts - len(left), count - sum(len(plan.part(n)) for n in left)
@@ -249,7 +249,7 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     shape = {key: len(each) for key, each in labels.items()} | rows
     shape |= {key: len(values) for key, values in grid.items()}
     side, per_row = shape.get("perspective", 1), math.prod(map(len, grid.values()))
-    stored = Parts(directory, about.hash, about.scenarios, study.scenarios_per_part, side)
+    stored = SweepParts(directory, about.hash, about.scenarios, study.scenarios_per_part, side)
     missing = sum(not stored.is_whole(number) for number in range(stored.count))
     if missing:
         words = f"is not finished: {missing} of {stored.count} parts are missing or damaged"
@@ -320,7 +320,7 @@ def _sealed(content: bytes, mark: str) -> bytes:
 
 
 @dataclass(frozen=True)
-class Parts:
+class SweepParts:
     """The files of a sweep: some scenarios each, with a line for each of so many perspectives."""
 
     directory: Path
@@ -499,7 +499,7 @@ def _read_manifest(directory: Path) -> Manifest:
     return manifest
 
 
-def _summary(stored: Parts, asked: Sequence[str]) -> tuple[Document, Document]:
+def _summary(stored: SweepParts, asked: Sequence[str]) -> tuple[Document, Document]:
     """By perspective the shortest and the longest hover, and why how many have no plan."""
     words = words_of([])["reason"]
     counts = np.zeros((len(asked), len(words)), dtype=int)

@@ -11,13 +11,13 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
-from optuav.fields import LoadCurrent, Number
+from optuav.fields import LoadCurrent, Range
 from optuav.flight.model import FLIGHTS, MODEL, FlightModel, FlightTable
 from optuav.judge import Stop
 from optuav.physics.flight import Attitude, Flow, LegState, Loads
 from optuav.physics.quantity import Quantity, Vector, norm
 
-Speed = Annotated[float, Number("m/s", ge=0.1, le=100)]
+Speed = Annotated[float, Range("m/s", ge=0.1, le=100)]
 
 
 class HopTable(FlightTable):
@@ -29,7 +29,7 @@ class HopTable(FlightTable):
     """Speed of the glide [m/s]."""
     glide_current_A: LoadCurrent
     """Current in the glide [A]."""
-    climb_s: Annotated[float, Number("s", gt=0, le=1e3)] = 10.0
+    climb_s: Annotated[float, Range("s", gt=0, le=1e3)] = 10.0
     """Duration of the climb, and of the descent [s]."""
 
 

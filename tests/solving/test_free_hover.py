@@ -375,7 +375,7 @@ def test_a_programme_that_cannot_be_printed_is_searched(name: str) -> None:
     plan = optuav.solve(mission, free)
     assert plan.flyable
     assert plan.hover_time_s > optuav.solve(mission).hover_time_s + 1.0
-    region, random = free_hover.Region(mission), np.random.default_rng(7)
+    region, random = free_hover.HoverRegion(mission), np.random.default_rng(7)
     points_m = region.inside(region.centre_m + random.uniform(-400.0, 400.0, (16, 3)))
     moved = (mission.replace({"route.hover_m": at_m}) for at_m in points_m.tolist())
     others = [each.hover_time_s for each in map(optuav.solve, moved) if each]

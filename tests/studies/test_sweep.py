@@ -28,7 +28,7 @@ from optuav.judge.benchmark import answers
 from optuav.mission import files
 from optuav.studies import scenarios as machine
 from optuav.studies.study import read_plan
-from optuav.studies.sweep import Parts, _sealed
+from optuav.studies.sweep import SweepParts, _sealed
 from tests.examples import few
 
 GRID = """
@@ -230,7 +230,7 @@ def test_any_byte_that_changed_is_found_and_its_part_made_again(tmp_path: Path) 
     stamp = json.loads((part.parent / "manifest.json").read_text())["hash"]
     for place in [*range(0, len(good), 41), len(good) - 1]:
         part.write_bytes(good[:place] + bytes([good[place] ^ 1]) + good[place + 1 :])
-        assert not Parts(part.parent, stamp, 15, 7, side=2).is_whole(1), place
+        assert not SweepParts(part.parent, stamp, 15, 7, side=2).is_whole(1), place
     with pytest.raises(InputError, match="1 of 3 parts are missing or damaged; optuav sweep goes"):
         optuav.open_sweep(part.parent)
     assert optuav.sweep(file).kept == 2
