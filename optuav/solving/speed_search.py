@@ -136,10 +136,12 @@ class RoutePricing:
 
     def take(self, which: Integers) -> RoutePricing:
         """The same for some of the routes."""
-        drawn = (each[which] for each in (self.budget_As, self.share))
-        stated = Balance(*(np.asarray(each)[which] for each in self.stated[:4]))
-        return RoutePricing(
-            self.flight, self.ways_m[:, :, which], stated, *drawn, self.deadline_s, self.scale_A
+        return replace(
+            self,
+            ways_m=self.ways_m[:, :, which],
+            stated=Balance(*(np.asarray(each)[which] for each in self.stated[:4])),
+            budget_As=self.budget_As[which],
+            share=self.share[which],
         )
 
     @property
@@ -150,7 +152,8 @@ class RoutePricing:
     @property
     def least_A(self) -> Floats:
         """The least prices that give a bound [A]."""
-        return np.maximum(np.maximum(self.stated.gained, 0.0) / self.share, -self.hover_A)
+        rest_A = np.maximum(self.stated.gained, 0.0) / self.share
+        return np.asarray(np.maximum(rest_A, -self.hover_A))
 
     def flown(self, price_A: Quantity) -> tuple[Floats, Floats]:
         """Time and charge of all legs at prices (…, route) [A], or at the price ∞."""
