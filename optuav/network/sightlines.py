@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -32,13 +30,13 @@ def shortest_past(walls: npt.NDArray[np.object_], ends_m: Floats) -> Floats | No
     free = _clear(walls, nodes_m[i], nodes_m[j])
     i, j = i[free], j[free]
     length_m = np.maximum(np.hypot(*(nodes_m[j] - nodes_m[i]).T), TINY)  # 0 is no edge
-    edges: Any = csr_array((length_m, (i, j)), shape=(len(nodes_m), len(nodes_m)))
-    reached_m, last = dijkstra(edges, directed=False, indices=0, return_predecessors=True)
-    if not np.isfinite(reached_m[1]):
+    edges = csr_array((length_m, (i, j)), shape=(len(nodes_m), len(nodes_m)))
+    reached_m, last = dijkstra(edges, directed=False, indices=[0], return_predecessors=True)
+    if not np.isfinite(reached_m[0, 1]):
         return None
     path = [1]
     while path[-1]:
-        path.append(int(last[path[-1]]))
+        path.append(int(last[0, path[-1]]))
     path_m = nodes_m[path[::-1]]
     other = (np.diff(path_m, axis=0) != 0.0).any(axis=1)  # Walls may share a corner
     return np.asarray(path_m[np.append(True, other)])
