@@ -54,6 +54,19 @@ class Legs:
         """Some of the legs, by number."""
         return replace(self, **{k: each[..., numbers] for k, each in self.arrays.items()})
 
+    def put(self, which: Integers, others: "Legs") -> "Legs":
+        """The table with others in place of some of its legs, by number."""
+        joined = dict[str, Any]()
+        for name, array in self.arrays.items():
+            pair = [array.copy(), others.arrays[name]]
+            if array.ndim > 1:  # Legs of fewer segments
+                most, absent = max(map(len, pair)), np.nan if name == "waypoints_m" else 0.0
+                more = [np.full((most - len(each), *each.shape[1:]), absent) for each in pair]
+                pair = [np.concatenate(each) for each in zip(pair, more, strict=True)]
+            joined[name], new = pair
+            joined[name][..., which] = new
+        return replace(self, stages=max(self.stages, others.stages, key=len), **joined)
+
     def stages_of(self, leg: int) -> tuple[Stage, ...]:
         """Stages of a leg, with the current into the battery [A], as numbers."""
         pairs = np.stack([self.currents_A[:, leg], self.durations_s[:, leg]], axis=1).tolist()

@@ -17,6 +17,7 @@ from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.prisms import MARGIN_M, Prisms, prisms
+from optuav.network.sightlines import shortest_past
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import TINY, Quantity, Vector
 
@@ -273,7 +274,6 @@ class Fences(NamedTuple):
         None without a way. Only footprints that the best way so far crosses are in the graph:
         a shortest way that is free of all others is the shortest of all.
         """
-        import networkx
         import shapely
 
         ends_m, low_m = np.stack([start_m, end_m])[:, :2], min(start_m[2], end_m[2])
@@ -291,23 +291,10 @@ class Fences(NamedTuple):
                 words = f'a way around met more than {MOST_MET} footprints; state "over"'
                 raise InputError([Fault("flight.obstacles", '"around"', words)])
             walls, _ = self.seen(met, *(np.tile(x, (len(met), 1)) for x in (start_m, end_m)))
-            barrier = shapely.union_all(walls)
-            shapely.prepare(barrier)
-            wider = shapely.buffer(walls, 2.0 * MARGIN_M, join_style="mitre")
-            nodes_m = np.unique(shapely.get_coordinates(wider), axis=0)
-            nodes_m = nodes_m[~shapely.intersects_xy(barrier, *nodes_m.T)]
-            nodes_m = np.concatenate([ends_m, nodes_m])
-            i, j = np.triu_indices(len(nodes_m), 1)
-            pairs_m = np.stack([nodes_m[i], nodes_m[j]], axis=1)
-            free = ~shapely.intersects(barrier, shapely.linestrings(pairs_m))
-            length_m = np.hypot(*(nodes_m[j] - nodes_m[i]).T)
-            graph: networkx.Graph[int] = networkx.Graph()
-            graph.add_nodes_from((0, 1))
-            graph.add_weighted_edges_from(zip(i[free], j[free], length_m[free], strict=True))
-            try:
-                path_m = nodes_m[networkx.shortest_path(graph, 0, 1, weight="weight")]
-            except networkx.NetworkXNoPath:
+            shortest_m = shortest_past(walls, ends_m)
+            if shortest_m is None:
                 return None
+            path_m = shortest_m
         if len(path_m) == 2:
             return None
         along_m = np.cumsum(np.hypot(*np.diff(path_m, axis=0).T))

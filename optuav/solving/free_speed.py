@@ -30,9 +30,17 @@ from optuav.plan import Plan
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.outcome import best
 from optuav.solving.parts import Part, groups
-from optuav.solving.program import Program, declared_program
+from optuav.solving.program import SLACK_S, Program, declared_program
 from optuav.solving.question import Question
-from optuav.solving.speed_search import LegSpeeds, RouteSpeeds, SpeedSearch, route_prices, vector
+from optuav.solving.speed_search import (
+    LegSpeeds,
+    RoutePrices,
+    RoutePricing,
+    RouteSpeeds,
+    SpeedSearch,
+    best_first,
+    vector,
+)
 from optuav.status import SAME_S, Status
 
 PRICED = "priced: every leg is cheapest at one price of a second, and the dual bound is met"
@@ -95,21 +103,32 @@ class FreeSpeedProgram(Program):
 
     def _priced(self, routes: Integers) -> Plan:
         """The best plan by the price of a second."""
-        prices = route_prices(self.speeds, routes, self.question.perspective)
-        mission_s = prices.flight_s + prices.hover_s + prices.rest_s
-        number = best(prices.hover_s, mission_s, self.network.routes.building[routes] >= 0)
-        chosen = int(np.argmax(prices.bound_s)) if number is None else number
+        pricing = RoutePricing.of(self.speeds, routes, self.question.perspective)
+        tried, least_s = dict[int, RoutePrices](), -math.inf
+        for number, prices in best_first(pricing):
+            if prices.bound_s[0] < least_s:
+                break
+            tried[number] = prices
+            # Without a hover so far, a bound below 0 proves that no other route has one.
+            least_s = max(least_s, prices.hover_s[0] - SLACK_S, min(prices.bound_s[0], 0.0))
+        most_s, numbers = float(tried[next(iter(tried))].bound_s[0]), sorted(tried)
+        likely = RoutePrices(*np.concatenate([tried[number] for number in numbers], axis=1))
+        hover_s = np.where(likely.hover_s >= 0.0, likely.hover_s, np.nan)
+        mission_s = likely.flight_s + hover_s + likely.rest_s
+        place = best(hover_s, mission_s, self.network.routes.building[routes[numbers]] >= 0)
+        chosen = 0 if place is None else numbers[place]  # The reasons are those of the first route
+        prices = tried.get(chosen) or pricing.take(np.array([chosen])).prices()
         speeds = self.speeds.only(int(routes[chosen]))
-        plan = self._at(speeds.at(speeds.priced(float(prices.price_A[chosen]))))
+        plan = self._at(speeds.at(speeds.priced(float(prices.price_A[0]))))
         if not plan:
             return plan.model_copy(update={"reasons": (NONE, *plan.reasons), "proof": PRICED})
-        return _bounded(plan, float(prices.bound_s.max()), PRICED, Status.FEASIBLE)
+        return _bounded(plan, most_s, PRICED, Status.FEASIBLE)
 
     def _searched(self, routes: Integers) -> Plan:
         """The best plan that a search finds."""
         limit_s, perspective = self.question.time_limit_s, self.question.perspective
         search = SpeedSearch(self.speeds, routes, limit_s, perspective)
-        tops, most_s = search.tops(), float(search.bounds_s.max())
+        tops, most_s = search.tops(), max(search.bounds_s.values())
         if self.network.mission.battery.charging == "taper":  # It was searched without
             searched = {top.branch for top in tops}
             tops += [trial for trial in search.tried if trial.branch in searched]

@@ -13,10 +13,15 @@ from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.registry import AUTO
+from optuav.flight.model import BENT
 from optuav.mission import Mission
 from optuav.network import vehicle
+from optuav.network.legs import NO_LEG, Legs, build_legs
 from optuav.network.network import Network, build_network, network_by
+from optuav.network.obstacles import CLEAR
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
+from optuav.network.prisms import prisms
+from optuav.network.routes import build_routes
 from optuav.network.variants import Columns, Variants, stacked
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
@@ -41,6 +46,7 @@ AT_ONCE = 1 << 12
 BOUNDED = 1 << 17  # Pairs of variants and buildings that are bounded together
 SHARE = 0.5  # Largest share of open buildings for which not all are solved
 FIRST, MOST = 50, 20_000  # Routes that are solved first, and at most
+FEW = 4  # Routes whose legs are bent first
 MANY = 1000  # Buildings of a mission from which on each variant is solved over the open ones only
 RARE = 0.1  # Share of variants that the routes tried first may leave open
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
@@ -64,6 +70,8 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
         return None
+    if mission.flight.obstacle_rule in BENT and len(names) <= AT_ONCE:
+        return _past_bent(mission, question, places)
     # Walls forbid routes and make none better: only the legs to the best roofs are tried.
     clear = mission.replace({"flight.obstacles": "ignore"})
     bounds_s, size = _bounds_s(clear, question, places), FIRST
@@ -77,14 +85,69 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
         best = [np.argpartition(-bound_s, last)[:size] for bound_s in bounds_s]
         chosen = np.unique(np.concatenate(best) // 2)
         program = _over(mission, question, places, chosen)
-        scores = [solution.objective.max(initial=-np.inf) for solution in program.answers()]
-        promised_s, *flights_s = _figures_s(program.network).max(axis=1)
-        found_s = np.fmax.reduce(scores, initial=0.0), max(promised_s, 0.0), *flights_s
-        open_ = (bounds_s >= np.array(found_s)[:, None] - SLACK_S) & (bounds_s > -np.inf)
+        open_ = _open_routes(bounds_s, _found_s(program))
         if np.isin(np.flatnonzero(open_.any(axis=0)) // 2, chosen).all():
             return program
         size *= 4
     return None
+
+
+def _past_bent(mission: Mission, question: Question, places: Places) -> Program:
+    """`narrowed` where legs are bent, which takes long: only those of routes in question are.
+
+    Until it is bent, a leg counts as if nothing were in the way: bent, it costs no less.
+    """
+    every, obstacles = np.arange(len(mission.buildings)), prisms(mission.buildings)
+    legs = network_by(mission.replace({"flight.obstacles": "refuse"}), places, every).legs
+    known = legs.crosses == CLEAR
+    legs = replace(legs, flyable=np.asarray(np.isfinite(legs.durations_s).all(axis=0)))
+    back = np.arange(len(known))  # The leg along the same line, which is bent at the same time
+    back[3::4], back[4::4] = back[4::4], back[3::4].copy()
+
+    def bent(legs: Legs, wanted: Integers) -> Legs:
+        """The legs, some of them past the buildings if they are not yet."""
+        new = np.union1d(wanted, back[wanted])
+        if not len(new := new[~known[new]]):
+            return legs
+        known[new] = True
+        ends = legs.start[new], legs.end[new]
+        return legs.put(new, build_legs(mission, places, obstacles, *ends))
+
+    found_s, tried, size = np.full(4, -np.inf), np.zeros(1 + 2 * len(every), bool), FEW
+    wanted = np.array([0, 1])
+    while True:
+        legs = bent(legs, wanted)
+        routes = build_routes(legs, every)
+        whole = (known[routes.legs] | (routes.legs == NO_LEG)).all(axis=1)
+        fresh = np.append(0, 1 + np.flatnonzero(whole[1:] & ~tried[1:]))
+        network, tried = Network(mission, places, legs, routes), whole
+        program = declared_program(question, replace(network, routes=routes.take(fresh)))
+        found_s = np.maximum(found_s, _found_s(program))
+        bounds_s = _bounds_of(network, question)
+        open_ = _open_routes(bounds_s, found_s)
+        left_s = np.where(open_ & ~whole[1:], bounds_s, -np.inf)
+        if np.isneginf(left_s).all():
+            break
+        best = [np.argsort(-left, kind="stable")[:size] for left in left_s]
+        likely = [some[np.isfinite(left[some])] for some, left in zip(best, left_s, strict=True)]
+        wanted, size = routes.legs[1 + np.unique(np.concatenate(likely))], 2 * size
+        wanted = wanted[wanted != NO_LEG]
+    chosen = np.unique(np.flatnonzero(open_.any(axis=0)) // 2)
+    numbers = np.append([0, 1], 2 + 4 * chosen[:, None] + np.arange(4))
+    legs = bent(legs, numbers).take(numbers)
+    return declared_program(question, Network(mission, places, legs, build_routes(legs, chosen)))
+
+
+def _found_s(program: Program) -> Floats:
+    """The best hover, at least 0, and the best `_figures_s`, of the routes of a program [s]."""
+    scores = [solution.objective.max(initial=-np.inf) for solution in program.answers()]
+    promised_s, *flights_s = _figures_s(program.network).max(axis=1, initial=-np.inf)
+    return np.array([np.fmax.reduce(scores, initial=0.0), max(promised_s, 0.0), *flights_s])
+
+
+def _open_routes(bounds_s: Floats, found_s: Floats) -> Booleans:
+    """Routes that may be as good as those found, by kind of bound."""
+    return np.asarray((bounds_s >= found_s[:, None] - SLACK_S) & (bounds_s > -np.inf))
 
 
 def _over(mission: Mission, question: Question, places: Places, buildings: Integers) -> Program:
@@ -97,9 +160,14 @@ def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
     count, bounds = len(mission.buildings), list[Floats]()
     for begin in range(0, count, AT_ONCE):
         network = network_by(mission, places, np.arange(begin, min(begin + AT_ONCE, count)))
-        bound_s = hover_bounds_s(stacked(network), question.perspective)[1:, 0]
-        bounds.append(np.concatenate([bound_s[None], _figures_s(network)]))
+        bounds.append(_bounds_of(network, question))
     return np.concatenate(bounds, axis=1)
+
+
+def _bounds_of(network: Network, question: Question) -> Floats:
+    """By route with a rest of a network: `_bounds_s`."""
+    bound_s = hover_bounds_s(stacked(network), question.perspective)[1:, 0]
+    return np.concatenate([bound_s[None], _figures_s(network)])
 
 
 def _figures_s(network: Network) -> Floats:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from formulations.formulation import Formulation
 from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError, SolverError
+from optuav.flight.model import BENT
 from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.network import vehicle
@@ -20,7 +21,8 @@ from optuav.solving.outcome import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question, mission_and_question
 
-MANY = 2_000  # Buildings of a mission whose routes are compared by bounds first
+MANY, MANY_BENT = 2_000, 61
+"""Buildings of a mission whose routes are compared by bounds first; where legs are bent."""
 
 if TYPE_CHECKING:
     from optuav.search.branch import Progress
@@ -171,7 +173,8 @@ def _plan(
 ) -> Plan:
     """The best plan of a mission, with a note if more stops may help."""
     plan = program = None
-    if graph is None and len(known.buildings) >= MANY:
+    many = MANY_BENT if known.flight.obstacle_rule in BENT else MANY
+    if graph is None and len(known.buildings) >= many:
         from optuav.solving.promising import narrowed
 
         program = narrowed(known, question)

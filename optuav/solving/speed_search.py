@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -21,7 +22,6 @@ from optuav.network.places import HOVER
 from optuav.network.routes import routes_along
 from optuav.network.variants import stacked
 from optuav.options import Perspective
-from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.physics.quantity import Quantity, Vector
 from optuav.solving.assemble import entries, figures, legs_and_stays, quantities, turned
@@ -37,6 +37,7 @@ from optuav.solving.maximise import Lengths, Point, maximise
 from optuav.status import SAME_S
 
 ROUNDS, PARTS = 13, 16  # A price is known to one part in 16¹³
+FIRST = 32  # Routes that are priced at first: as fast as one
 RULES = ("best-range", "best-endurance", "max")
 LENGTHS, SLOWEST = Lengths(0.1, 0.01, 1e-8), 1e-6  # Shares of the largest speed of a segment
 
@@ -100,9 +101,9 @@ class RoutePrices(NamedTuple):
     bound_s: Floats
 
 
-@np.errstate(divide="ignore", invalid="ignore")
-def route_prices(speeds: LegSpeeds, routes: Integers, perspective: Perspective) -> RoutePrices:
-    """The best prices by charge and deadline, for a perspective that checks only the end.
+@dataclass(frozen=True)
+class RoutePricing:
+    """What decides the best prices of routes, for a perspective that checks only the end.
 
     With charge Q and time T of all legs at the price μ, and as currents the budget q, I_h of the
     hover and I_r of the rest, Q + I_h Δ − I_r T' ≤ q and T + Δ + T' ≤ T_max have the dual bound
@@ -112,46 +113,125 @@ def route_prices(speeds: LegSpeeds, routes: Integers, perspective: Perspective) 
     and deadline bind without a rest. Without such a μ only the deadline binds, and all legs fly as
     fast as they can.
     """
-    network, flight = speeds.fastest, speeds.flight
-    legs = network.routes.legs[routes]
-    ways_m = speeds.ways_m[:, :, legs]  # (axis, segment, route, leg)
-    way_m = vector(np.where((legs == NO_LEG) | np.isnan(ways_m), 0.0, ways_m))
-    stated, budget_As, share = _budget(network, routes, perspective)
-    hover_A, rest_A = stated.drawn / share, np.maximum(stated.gained, 0.0) / share
-    deadline_s = network.mission.limits.deadline_s
-    least_A = np.maximum(rest_A, -hover_A)
 
-    def totals(loads: Loads) -> tuple[Floats, Floats, Booleans]:
-        """Time and charge of routes (…, route), and whether charge lasts a hover till the end."""
+    flight: CruisingModel
+    ways_m: Floats  # (axis, segment, route, leg); 0 for missing segments
+    stated: Balance
+    budget_As: Floats
+    share: Floats  # State of charge per A s
+    deadline_s: float
+    scale_A: float  # Of prices
+
+    @classmethod
+    def of(cls, speeds: LegSpeeds, routes: Integers, perspective: Perspective) -> RoutePricing:
+        """What decides the prices of some routes."""
+        network, flight = speeds.fastest, speeds.flight
+        legs = network.routes.legs[routes]
+        ways_m = speeds.ways_m[:, :, legs]
+        ways_m = np.where((legs == NO_LEG) | np.isnan(ways_m), 0.0, ways_m)
+        way_m, deadline_s = vector(ways_m), network.mission.limits.deadline_s
+        fastest = flight.leg_at(way_m, flight.priced_speed_m_s(way_m, math.inf))
+        scale_A = float(np.max(fastest.currents_A[0], initial=0.0))
+        return cls(flight, ways_m, *_budget(network, routes, perspective), deadline_s, scale_A)
+
+    def take(self, which: Integers) -> RoutePricing:
+        """The same for some of the routes."""
+        return replace(
+            self,
+            ways_m=self.ways_m[:, :, which],
+            stated=Balance(*(np.asarray(each)[which] for each in self.stated[:4])),
+            budget_As=self.budget_As[which],
+            share=self.share[which],
+        )
+
+    @property
+    def hover_A(self) -> Floats:
+        """Charge that a second of hover takes [A]."""
+        return np.asarray(self.stated.drawn / self.share)
+
+    @property
+    def least_A(self) -> Floats:
+        """The least prices that give a bound [A]."""
+        rest_A = np.maximum(self.stated.gained, 0.0) / self.share
+        return np.asarray(np.maximum(rest_A, -self.hover_A))
+
+    def flown(self, price_A: Quantity) -> tuple[Floats, Floats]:
+        """Time and charge of all legs at prices (…, route) [A], or at the price ∞."""
+        own_m = vector(self.ways_m)
+        if isinstance(price_A, np.ndarray):
+            own_m = vector([component[:, *(None,) * (price_A.ndim - 1)] for component in own_m])
+            price_A = price_A[..., None]
+        loads = self.flight.leg_at(own_m, self.flight.priced_speed_m_s(own_m, price_A))
         T, Q = (values.sum(axis=(0, -1)) for values in (loads.duration_s, loads.charge_As))
-        return T, Q, Q + hover_A * (deadline_s - T) <= budget_As
+        return T, Q
 
-    def flown(price_A: Floats) -> tuple[Floats, Floats, Booleans]:
-        """The totals at prices (…, route)."""
-        own_m = vector([component[:, *(None,) * (price_A.ndim - 1)] for component in way_m])
-        speeds_m_s = flight.priced_speed_m_s(own_m, price_A[..., None])
-        return totals(flight.leg_at(own_m, speeds_m_s))
+    def lasts(self, T: Floats, Q: Floats) -> Booleans:
+        """Whether charge lasts for a hover till the end, after flights of a time and charge."""
+        return Q + self.hover_A * (self.deadline_s - T) <= self.budget_As
 
-    fastest = flight.leg_at(way_m, flight.priced_speed_m_s(way_m, math.inf))
-    scale_A, (*cap, in_time) = float(np.max(fastest.currents_A[0])), totals(fastest)
-    *_, lasts = flown(least_A)
-    low, high = np.zeros(len(routes)), np.where(lasts, 1.0, 0.0)
-    parts = np.linspace(0.0, 1.0, PARTS + 1)[1:-1, None]
-    for _ in range(ROUNDS):
-        share_of = low + (high - low) * parts
-        *_, lasts = flown(least_A + scale_A * share_of / (1.0 - share_of))
-        step, passed = (high - low) / PARTS, lasts.sum(axis=0)
-        low, high = low + step * passed, low + step * (passed + 1)
-    price_A = least_A + scale_A * low / (1.0 - low)
-    T, Q, _ = flown(price_A)
-    bound_s = (budget_As + price_A * deadline_s - Q - price_A * T) / (hover_A + price_A)
-    bound_s = np.where(hover_A + price_A > 0.0, bound_s, -np.inf)
-    T, Q = (np.where(in_time, most, own) for most, own in zip(cap, (T, Q), strict=True))
-    bound_s = np.where(in_time, deadline_s - T, bound_s)
-    ends = Balance(share * (budget_As - Q), stated.drawn, stated.gained, deadline_s - T)
-    hover_s = longest_by_balance(ends)
-    rest_s = shortest_by_balance(hover_s, ends)
-    return RoutePrices(np.where(in_time, np.inf, price_A), hover_s, rest_s, T, bound_s)
+    def bound_s(self, price_A: Floats, T: Floats, Q: Floats) -> Floats:
+        """The dual bound of Δ by route [s] at prices [A], with the time and charge flown there."""
+        spare_As = self.budget_As + price_A * self.deadline_s - Q - price_A * T
+        beside_A, endless = self.hover_A + price_A, np.where(spare_As < 0.0, -np.inf, np.inf)
+        return np.where(beside_A > 0.0, spare_As / beside_A, endless)
+
+    @np.errstate(divide="ignore", invalid="ignore")
+    def quick_bounds_s(self, price_A: float) -> Floats:
+        """Bounds of Δ by route [s] at one price, or the least above it, and by the least flight."""
+        prices_A = np.maximum(self.least_A, price_A)
+        T, _ = self.flown(math.inf)
+        return np.minimum(self.bound_s(prices_A, *self.flown(prices_A)), self.deadline_s - T)
+
+    @np.errstate(divide="ignore", invalid="ignore")
+    def prices(self) -> RoutePrices:
+        """The best prices, and the longest hovers, of all routes."""
+        least_A, scale_A, (*cap,) = self.least_A, self.scale_A, self.flown(math.inf)
+        in_time, lasts = self.lasts(*cap), self.lasts(*self.flown(least_A))
+        low, high = np.zeros(len(lasts)), np.where(lasts, 1.0, 0.0)
+        parts = np.linspace(0.0, 1.0, PARTS + 1)[1:-1, None]
+        for _ in range(ROUNDS):
+            share_of = low + (high - low) * parts
+            lasts = self.lasts(*self.flown(least_A + scale_A * share_of / (1.0 - share_of)))
+            step, passed = (high - low) / PARTS, lasts.sum(axis=0)
+            low, high = low + step * passed, low + step * (passed + 1)
+        price_A = least_A + scale_A * low / (1.0 - low)
+        flown = self.flown(price_A)
+        bound_s = self.bound_s(price_A, *flown)
+        T, Q = (np.where(in_time, most, own) for most, own in zip(cap, flown, strict=True))
+        bound_s = np.where(in_time, self.deadline_s - T, bound_s)
+        spare = self.share * (self.budget_As - Q)
+        ends = Balance(spare, self.stated.drawn, self.stated.gained, self.deadline_s - T)
+        hover_s = longest_by_balance(ends)
+        rest_s = shortest_by_balance(hover_s, ends)
+        return RoutePrices(np.where(in_time, np.inf, price_A), hover_s, rest_s, T, bound_s)
+
+
+def best_first(
+    pricing: RoutePricing, most_s: Quantity = math.inf
+) -> Iterator[tuple[int, RoutePrices]]:
+    """Each route by number with its prices, from the largest bound of Δ on.
+
+    No bound is above `most_s` (route,) [s]. Only routes that quick bounds leave in question are
+    priced, twice as many each time.
+    """
+    bounds_s, at_once = np.minimum(pricing.quick_bounds_s(0.0), most_s), FIRST
+    left, priced = np.ones(len(bounds_s), bool), np.zeros(len(bounds_s), bool)
+    table = RoutePrices(*np.full((len(RoutePrices._fields), len(bounds_s)), np.nan))
+    while left.any():
+        number = int(np.flatnonzero(left)[bounds_s[left].argmax()])
+        if priced[number]:
+            yield number, RoutePrices(*(column[[number]] for column in table))
+            left[number] = False
+            continue
+        new = np.flatnonzero(~priced)
+        new = new[np.argsort(-bounds_s[new], kind="stable")[:at_once]]
+        for column, values in zip(table, pricing.take(new).prices(), strict=True):
+            column[new] = values
+        bounds_s[new] = table.bound_s[new] = np.minimum(table.bound_s, most_s)[new]
+        priced[new], at_once = True, 2 * at_once
+        if not priced.all() and math.isfinite(price_A := float(table.price_A[new[0]])):
+            closer_s = pricing.quick_bounds_s(price_A)
+            bounds_s = np.where(priced, bounds_s, np.minimum(bounds_s, closer_s))
 
 
 def _budget(
@@ -226,13 +306,12 @@ class SpeedSearch:
         # What is proved by charge and deadline alone holds for the wells too.
         self.perspective = perspective
         counted: Perspective = perspective if perspective in PAPER else "battery"
-        priced = route_prices(self.speeds, routes, counted)
-        bounds_s = priced.bound_s
+        most_s: Quantity = math.inf
         if perspective == AVAILABLE:
-            bounds_s = np.minimum(hover_bounds_at_any_speed_s(speeds)[routes], bounds_s)
-        order = np.argsort(-bounds_s, kind="stable")
-        self.routes, self.bounds_s = routes[order], bounds_s[order]
-        self.prices_A = priced.price_A[order]
+            most_s = hover_bounds_at_any_speed_s(speeds)[routes]
+        self.routes = routes
+        self.ranked = best_first(RoutePricing.of(self.speeds, routes, counted), most_s)
+        self.bounds_s = dict[int, float]()  # Of the promising routes
         self.latest = time.monotonic() + (time_limit_s or math.inf)
         self.ended = False  # Whether the time limit ended it
         self.best = Point(-math.inf, 0, np.zeros(0))  # So far
@@ -242,10 +321,12 @@ class SpeedSearch:
     def starts(self) -> list[Point]:
         """Named and priced speeds of the promising routes, and their hovers."""
         starts = list[Point]()
-        for number, route in enumerate(self.routes.tolist()):
-            if self.bounds_s[number] < max(self.best.value - SAME_S, 0.0):
+        for number, prices in self.ranked:
+            route, bound_s = int(self.routes[number]), float(prices.bound_s[0])
+            self.bounds_s[route] = bound_s
+            if bound_s < max(self.best.value - SAME_S, 0.0):
                 break
-            points = self.of_route(route).starts(float(self.prices_A[number]))
+            points = self.of_route(route).starts(float(prices.price_A[0]))
             hover_s = self._tried(route, points, 0.0).tolist()
             starts += [Point(each, route, at) for each, at in zip(hover_s, points, strict=True)]
         return [point for point in starts if point.value >= 0.0]
@@ -255,13 +336,13 @@ class SpeedSearch:
 
         A route is left out only where its bound is no better than the best speeds of others.
         """
-        tops, bound_s = list[Point](), dict(zip(self.routes.tolist(), self.bounds_s, strict=True))
+        tops = list[Point]()
         try:
             self.tried = self.starts()
             by_value = sorted(self.tried, key=lambda start: start.value, reverse=True)
             for route in dict.fromkeys(start.branch for start in by_value):
                 starts = [start for start in self.tried if start.branch == route]
-                if not tops or bound_s[route] > self.best.value + SAME_S:
+                if not tops or self.bounds_s[route] > self.best.value + SAME_S:
                     tops.append(maximise(starts, self._tried, LENGTHS, _inside))
         except TimeoutError:
             self.ended = True

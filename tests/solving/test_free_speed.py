@@ -225,18 +225,66 @@ def test_the_program_is_printed_as_mathematics() -> None:
 def test_prices_of_a_second() -> None:
     """μ is 0 where charge alone binds, the rest current with a rest, and else between."""
     from optuav.network.network import build_network
-    from optuav.solving.speed_search import LegSpeeds, route_prices
+    from optuav.solving.speed_search import LegSpeeds, RoutePricing
 
     mission = WINGED.replace({"battery.capacity_As": 5000.0, "flight.through_buildings": True})
     ample_s = free(mission.replace({"limits.deadline_s": 1e4}), DIRECT, perspective="battery")
     for share, low, high in ((2.0, 0.0, 0.0), (0.97, 1e-3, 1e3), (0.6, math.inf, math.inf)):
         limited = mission.replace({"limits.deadline_s": share * ample_s.mission_time_s})
-        found = route_prices(LegSpeeds(build_network(limited)), np.array([0]), "battery")
+        speeds = LegSpeeds(build_network(limited))
+        found = RoutePricing.of(speeds, np.array([0]), "battery").prices()
         assert low <= found.price_A[0] <= high
     network = build_network(mission.replace({"limits.deadline_s": 1e4}))
-    found = route_prices(LegSpeeds(network), np.array([1]), "battery")
+    found = RoutePricing.of(LegSpeeds(network), np.array([1]), "battery").prices()
     assert found.price_A[0] == pytest.approx(network.places.charge_current_A[3], rel=1e-12)
     assert found.price_A[0] > 0.5
+
+
+@few(3)
+@given(winged(), st.integers(0, 2**32 - 1), st.booleans())
+def test_routes_come_in_the_order_of_their_bounds(
+    mission: Mission, seed: int, capped: bool
+) -> None:
+    """Best first, with the prices of all routes at once; no quick bound is below an exact one."""
+    from optuav.network.network import build_network
+    from optuav.solving.speed_search import LegSpeeds, RoutePricing, best_first
+
+    chance, names = np.random.default_rng(seed), [f"x{k}" for k in range(60)]
+    roofs_m = dict(zip(("x_m", "y_m", "z_m"), chance.uniform(5.0, 1500.0, (3, 60)), strict=True))
+    town = mission.with_buildings({"name": names, **roofs_m})
+    speeds, routes = LegSpeeds(build_network(town)), np.arange(121)
+    pricing = RoutePricing.of(speeds, routes, "battery")
+    exact = pricing.prices()
+    most_s = exact.bound_s - chance.integers(0, 2, 121) if capped else np.full(121, np.inf)
+    bounds_s = np.minimum(exact.bound_s, most_s)
+    for price_A in (0.0, 3.0, *exact.price_A[np.isfinite(exact.price_A)][:1].tolist()):
+        assert (pricing.quick_bounds_s(price_A) >= exact.bound_s - 1e-6).all()
+    ranked = [*best_first(pricing, most_s)]
+    assert [number for number, _ in ranked] == [*np.argsort(-bounds_s, kind="stable")]
+    for number, prices in ranked:
+        assert [*np.concatenate(prices)[:4]] == [column[number] for column in exact[:4]]
+        assert prices.bound_s[0] == bounds_s[number]
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_in_a_town_few_routes_are_priced(perspective: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Quick bounds leave a few dozen of 1201 routes; each priced one costs 200 roots a leg."""
+    from optuav.solving.speed_search import RoutePricing
+
+    chance, names = np.random.default_rng(1), [f"x{k}" for k in range(600)]
+    roofs_m = chance.uniform((-2000, -2000, 5), (2000, 2000, 60), (600, 3))
+    table = dict(zip(("x_m", "y_m", "z_m"), roofs_m.T, strict=True))
+    town = optuav.load("relay-today").with_buildings({"name": names, **table})
+    priced, prices = list[int](), RoutePricing.prices
+
+    def counted(pricing: RoutePricing) -> Any:
+        priced.append(len(pricing.budget_As))
+        return prices(pricing)
+
+    monkeypatch.setattr(RoutePricing, "prices", counted)
+    plan = optuav.solve(town, ANY, perspective=perspective)
+    assert plan.status == "optimal"
+    assert sum(priced) <= 64
 
 
 # Files, the judge, and what is refused

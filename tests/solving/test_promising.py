@@ -15,9 +15,11 @@ import optuav
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
 from optuav.network import obstacles as sight
+from optuav.network import ways
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.solving import promising
+from optuav.solving.program import declared_program
 from optuav.solving.question import Question, checked_question
 from optuav.studies.scenarios import Scenarios
 from tests.examples import few
@@ -98,6 +100,65 @@ def test_walls_in_the_way_of_the_best_roofs(monkeypatch: pytest.MonkeyPatch) -> 
         shared.add(tuple(legs.flyable[:2].tolist()))
     assert phases == {0, 3, 5}
     assert shared >= {(True, True), (True, False), (False, True)}
+
+
+@pytest.mark.parametrize("rule", ["over", "around"])
+def test_bent_legs_of_routes_in_question_only(rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plans, notes and reasons of towns whose walls bend most legs, or close some or all routes.
+
+    Also in a wind, and where no route is in time.
+    """
+    phases = set[int]()
+    for seed in range(6):
+        draw = np.random.default_rng([46, seed])
+        count = 14
+        table = {"name": [f"b{k}" for k in range(count)], "z_m": draw.uniform(20, 110, count)}
+        table |= {"x_m": draw.uniform(0, 2000, count), "y_m": draw.uniform(200, 2400, count)}
+        table |= dict.fromkeys(("width_m", "depth_m"), draw.uniform(40, 250, count))
+        keys: dict[str, Any] = {
+            "flight.obstacles": rule,
+            "flight.max_altitude_m": float(draw.choice([70.0, 150.0])),
+            "limits.deadline_s": float(draw.choice([90, 1200, 2400])),
+            "wind.force_N": [float(draw.uniform(-1, 1)), float(draw.uniform(-1, 1)), 0.0],
+        }
+        mission = optuav.load("paper").replace(keys).with_buildings(table)
+        for perspective in ("available", "battery"):
+            with monkeypatch.context() as patch:
+                patch.setattr(import_module("optuav.solving.solve"), "MANY_BENT", 0)
+                patch.setattr(promising, "FEW", 1)
+                found = optuav.solve(mission, perspective=perspective)
+            plan = optuav.solve(mission, perspective=perspective)
+            phases.add(len(found.phases))
+            for name in ("status", "notes", "reasons", "proof"):
+                assert getattr(found, name) == getattr(plan, name)
+            if not plan:
+                continue
+            assert found.route == plan.route
+            times_s = found.hover_time_s, found.rest_time_s, found.flight_time_s
+            whole_s = plan.hover_time_s, plan.rest_time_s, plan.flight_time_s
+            assert times_s == pytest.approx(whole_s, abs=1e-9)
+    assert phases >= {0, 5}
+
+
+def test_few_legs_of_a_town_are_bent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Less than half of the lines that walls block, with the same plan."""
+    draw, count = np.random.default_rng(1), 200
+    table = {"name": [f"b{k}" for k in range(count)], "z_m": draw.uniform(30, 100, count)}
+    table |= {"x_m": draw.uniform(0, 2000, count), "y_m": draw.uniform(0, 2000, count)}
+    table |= dict.fromkeys(("width_m", "depth_m"), np.full(count, 30.0))
+    mission = optuav.load("paper").replace({"flight.obstacles": "around"}).with_buildings(table)
+    bent, around = list[int](), ways.Fences.around
+
+    def counted(fences: ways.Fences, *line: Any) -> Any:
+        bent.append(1)
+        return around(fences, *line)
+
+    monkeypatch.setattr(ways.Fences, "around", counted)
+    found, some = optuav.solve(mission, perspective="battery"), len(bent)
+    network = build_network(mission)
+    assert some < 0.4 * (len(bent) - some)
+    plan = declared_program(checked_question(mission, perspective="battery"), network).solve()
+    assert (found.route, found.hover_time_s) == (plan.route, plan.hover_time_s)
 
 
 def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
