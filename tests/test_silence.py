@@ -33,10 +33,8 @@ scipy.optimize.linprog = noisy(scipy.optimize.linprog)
 """
 """HiGHS as its release 1.16 is and louder, and SciPy's copy of it, which note that they ran."""
 CALLS = {
-    "cvxpy": "optuav.solve('paper', 'P3', perspective='battery', engine='cvxpy')",
     "pyomo": "optuav.solve('paper', 'P3', perspective='battery', engine=optuav.Pyomo())",
     "options of pyomo": "optuav.Pyomo(options={'mip_rel_gap': 0.0})",
-    "lp": "optuav.formulate('paper', 'P3', perspective='battery').to_file('lp')",
     "event": "optuav.coverage('matrice350').event(2.0)",
 }
 

@@ -47,7 +47,7 @@ class Study:
 
     def deliver(self, found: Result, more: Mapping[str, object] | None = None) -> None:
         """Write the files that were asked for of a result, with more figures, and print it."""
-        from optuav.presentation.text import as_text
+        from optuav.presentation.text import as_lines
 
         def data() -> dict[str, object]:
             whole = found.to_dict()
@@ -64,7 +64,7 @@ class Study:
             written.append(self.save)
         if self.plot is not None:
             written += found.save_pictures(self.plot)
-        deliver(data, as_text(found.blocks()), as_json=self.as_json, written=written)
+        deliver(data, as_lines(found.blocks()), as_json=self.as_json, written=written)
 
 
 def compare(

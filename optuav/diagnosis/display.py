@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
-from optuav.diagnosis.infeasibility import Certificate
+from optuav.diagnosis.findings import Findings, with_unit
+from optuav.diagnosis.infeasibility import Certificate, Conflict
 from optuav.diagnosis.sentences import binding, binding_moments
-from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, valued, with_unit
+from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, valued
 from optuav.markup import folded, pairs, paragraph, shown, table
 
-if TYPE_CHECKING:
-    from optuav.diagnosis.infeasibility import Conflict
-    from optuav.diagnosis.report import Explanation
 
-
-def html(explained: Explanation) -> str:
+def html(explained: Findings) -> str:
     """The explanation as HTML: binding constraints and their worth, or conflicts."""
     parts = _optimum(explained) if explained else _no_plan(explained)
     notes = [pairs(("Note", note) for note in explained.notes)] if explained.notes else []
     return shown(*parts, *notes)
 
 
-def _optimum(explained: Explanation) -> Iterator[Element]:
+def _optimum(explained: Findings) -> Iterator[Element]:
     """Verdict, constraints, proof and prices of a plan."""
     plan, sides = explained.plan, explained.constraints
     stays = ", ".join(f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops)
@@ -55,7 +51,7 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
         yield folded(head, table(("key", "value", "1 % less", "1 % more"), percents))
 
 
-def _no_plan(explained: Explanation) -> Iterator[Element]:
+def _no_plan(explained: Findings) -> Iterator[Element]:
     """Verdict, conflicts with their proofs, and repairs."""
     plan = explained.plan
     yield paragraph(f"{plan.status.value}: {'; '.join(plan.reasons) or plan.proof}", good=False)

@@ -11,11 +11,12 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
+from optuav.diagnosis.findings import ConstraintAtOptimum
 from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_in
 from optuav.diagnosis.key_prices import key_prices
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
-from optuav.diagnosis.report import Explanation, Side
+from optuav.diagnosis.report import Explanation
 from optuav.diagnosis.sentences import limit
 from optuav.engines.registry import Engine, capabilities
 from optuav.engines.solution import Solution
@@ -360,7 +361,9 @@ def _objective(model: Model) -> str:
     return f"{unit}of {known or Text().write(goal)}"
 
 
-def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
+def _sides(
+    program: Program, part: Part, entry: int, values: dict[str, float]
+) -> Iterator[ConstraintAtOptimum]:
     """The constraints with unknowns or own parameters; others compare figures of the mission."""
     way = program.network.route_names(int(part.routes[entry]))
     plain = [relation.label for relation in relations(part.model)]
@@ -373,7 +376,7 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
             continue
         notation = Text()
         statement = notation.write(constraint.relation).replace(notation.after, " ")
-        yield Side(
+        yield ConstraintAtOptimum(
             label,
             row.unit,
             statement if len(statement) <= LONGEST else "",

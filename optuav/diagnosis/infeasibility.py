@@ -32,9 +32,9 @@ from optuav.errors import InputError, printed
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
+from optuav.modelling.declaration import Constraint
 from optuav.modelling.expression import Parameter
 from optuav.modelling.forms import NotExponentialError, excess
-from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import leaves
 from optuav.solving import Program
 from optuav.solving.outcome import moments, subset, words

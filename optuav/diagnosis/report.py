@@ -1,27 +1,15 @@
-"""An explanation as data, and as text with labels in the margin."""
+"""An explanation: its findings as text with labels in the margin."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 from formulations.soc import LABELS
-from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
-from optuav.diagnosis.key_prices import KeyPrice
-from optuav.diagnosis.parameter_prices import Price
-from optuav.diagnosis.repair import Repair
+from optuav.diagnosis.findings import ConstraintAtOptimum, Findings, with_unit
+from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text
 from optuav.diagnosis.sentences import binding
-from optuav.diagnosis.wording import (
-    UNDECIDED,
-    in_words,
-    name,
-    sentence,
-    signed,
-    valued,
-    with_unit,
-)
+from optuav.diagnosis.wording import UNDECIDED, in_words, name, sentence, signed, valued
 from optuav.errors import line_width, printed, spelled
-from optuav.frames import DataFrame, frame
-from optuav.plan import Plan
 from optuav.plan.summary import LABEL, wrapped
 
 MOST_REPAIRS = 12
@@ -35,36 +23,7 @@ IN_SLOTS = "where whole slots have to add up to a time exactly, values between t
 
 
 @dataclass(frozen=True)
-class Side:
-    """A constraint at the optimum."""
-
-    label: str
-    unit: str
-    statement: str  # The constraint as mathematics; empty for one too long to read
-    left: float
-    sense: str
-    right: float
-    slack: float
-    binds: bool  # Whether it holds with equality
-    kind: str = ""  # Kind and step of the limit, as in a `Constraint`
-    step: int | None = None
-    in_flight: bool = False  # Whether that step is a stage of flight
-    words: str = ""  # Limited quantity, without symbols
-
-    @property
-    def figures(self) -> str:
-        """Both sides in numbers."""
-        left = number_text(self.left, max(1.0, abs(self.right)))
-        return f"{left} {self.sense} {with_unit(self.right, self.unit)}"
-
-    @property
-    def spare(self) -> str:
-        """The slack, or that it binds."""
-        return "binds" if self.binds else with_unit(self.slack, self.unit)
-
-
-@dataclass(frozen=True)
-class Explanation:
+class Explanation(Findings):
     """Explanation of an answer by `optuav.explain`; print it. True where there is a plan.
 
     Parameters
@@ -104,23 +63,6 @@ class Explanation:
     True
     """
 
-    plan: Plan
-    objective: str = ""
-    sense: str = "maximise"
-    conflicts: tuple[Conflict, ...] = ()
-    repairs: tuple[Repair, ...] = ()
-    constraints: tuple[Side, ...] = ()
-    bound: Certificate | None = None
-    prices: tuple[Price, ...] = ()
-    key_prices: tuple[KeyPrice, ...] = ()
-    notes: tuple[str, ...] = ()
-    more_stops_open: bool = False
-    gain_s: float | None = None
-    doubt_costs_s: Mapping[str, float] = field(default_factory=dict)
-
-    def __bool__(self) -> bool:
-        return bool(self.plan)
-
     @printed
     def __str__(self) -> str:
         head, *_ = self.plan.summary().split("\n\n")
@@ -142,26 +84,6 @@ class Explanation:
         from optuav.diagnosis.display import html
 
         return html(self)
-
-    def to_frame(self) -> DataFrame:
-        """The prices, one row a parameter; without a plan the repairs; needs pandas.
-
-        Columns are the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
-        `optuav.diagnosis.Repair.to_dict` has them.
-        """
-        return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data: strings, numbers, lists, dicts and None."""
-        plan = self.plan
-        names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
-        names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
-        own = ["objective", "constraints", "bound", "prices", "key_prices"]
-        own = own if plan else ["conflicts", "repairs"]
-        own += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
-        fields = {name: getattr(plan, name) for name in names}
-        fields |= {name: getattr(self, name) for name in own}
-        return {"mission": plan.mission.name, "status": plan.status.value, **plain(fields)}
 
 
 def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
@@ -189,7 +111,7 @@ def _labelled(label: str, lines: list[str]) -> list[str]:
     return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
 
 
-def _no_plan(explained: Explanation) -> Iterator[list[str]]:
+def _no_plan(explained: Findings) -> Iterator[list[str]]:
     """Conflicts and repairs, one block of lines each."""
     plan, repairs = explained.plan, explained.repairs
     for conflict in explained.conflicts:
@@ -236,14 +158,14 @@ def _in_words(proof: Certificate) -> Iterator[tuple[str, str, str]]:
     return ((factor, in_words(label), row) for factor, label, row in proof.table)
 
 
-def _limit(side: Side) -> str:
+def _limit(side: ConstraintAtOptimum) -> str:
     """A constraint in words; of a time that is at least 0, the time."""
     if side.kind == "bounds":
         return in_words(side.label).removeprefix("range of the ").removesuffix(" ≥ 0")
     return in_words(side.words or side.label)
 
 
-def _optimum(explained: Explanation) -> Iterator[list[str]]:
+def _optimum(explained: Findings) -> Iterator[list[str]]:
     """Return binding limits, slack, proof and prices, one block of lines each."""
     plan, sides = explained.plan, explained.constraints
     stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
@@ -272,7 +194,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     yield _key_prices(explained)
 
 
-def _key_prices(explained: Explanation) -> list[str]:
+def _key_prices(explained: Findings) -> list[str]:
     """The worth of a percent of the keys that have one, and the names of the others."""
     worth = [
         (row.key, with_unit(row.value, row.unit), signed(float(f"{row.more:.3g}")))
@@ -285,7 +207,7 @@ def _key_prices(explained: Explanation) -> list[str]:
     return lines + (wrapped("No effect", without) if without else [])
 
 
-def _prices(explained: Explanation) -> Iterator[list[str]]:
+def _prices(explained: Findings) -> Iterator[list[str]]:
     """The prices, parameters without effect, and values beyond which nothing is feasible."""
     worth = [price for price in explained.prices if price.matters and not price.at_edge]
     if worth:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from formulations.soc import LABELS, StepEnd
+from optuav.diagnosis.findings import Findings
 from optuav.mission import Mission
 from optuav.modelling import Constraint
 from optuav.modelling.check import evaluated
@@ -17,9 +18,6 @@ from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
 from optuav.solving import Program
 from optuav.solving.program import entry_of
-
-if TYPE_CHECKING:
-    from optuav.diagnosis.report import Explanation
 
 NOUNS = {"state of charge": "charge", "deadline": "the deadline"}
 NOUNS |= dict.fromkeys(LABELS, "the available well")
@@ -95,7 +93,7 @@ def route(plan: Plan) -> str:
     return _sentence(words) if stays else ""
 
 
-def header(program: Program, explained: Explanation) -> dict[str, object]:
+def header(program: Program, explained: Findings) -> dict[str, object]:
     """Return all that stands above the pictures of a plan, as plain data."""
     plan = explained.plan
     said = verdict(plan, () if plan else _broken(program, plan))
@@ -180,7 +178,7 @@ def _sentence(words: str) -> str:
     return f"{first if len(first) == 1 else first[0].upper() + first[1:]}{words[len(first) :]}."
 
 
-def binding(explained: Explanation) -> str:
+def binding(explained: Findings) -> str:
     """Say which limits bind and which do not; empty where that is not known."""
     kinds = {side.kind for side in explained.constraints if side.kind in NOUNS}
     binding_sides = [side for side in explained.constraints if side.binds]
@@ -202,13 +200,13 @@ def binding(explained: Explanation) -> str:
     return _sentence(words)
 
 
-def binding_moments(explained: Explanation) -> str:
+def binding_moments(explained: Findings) -> str:
     """When the available well is at a limit that binds; empty where none does."""
     words = "; ".join(e.words for e in explained.constraints if e.binds and e.kind in LABELS)
     return _sentence(words)
 
 
-def worth(explained: Explanation) -> str:
+def worth(explained: Findings) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
     known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
@@ -231,7 +229,7 @@ class Idle(NamedTuple):
     words: str
 
 
-def idle(explained: Explanation, network: Network) -> Iterator[tuple[str, Idle]]:
+def idle(explained: Findings, network: Network) -> Iterator[tuple[str, Idle]]:
     """Return the keys that change nothing, each with a reason that holds without solving again."""
     plan, mission = explained.plan, network.mission
     if plan and not plan.has_several_stops:

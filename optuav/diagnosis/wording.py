@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
 
-from optuav.diagnosis.infeasibility import number_text
+from optuav.diagnosis.findings import Findings, with_unit
 from optuav.diagnosis.parameter_prices import Price
-
-if TYPE_CHECKING:
-    from optuav.diagnosis.report import Explanation
 
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
 NOUNS = {
@@ -41,11 +37,6 @@ UNDECIDED = (
 )
 
 
-def with_unit(value: float, unit: str) -> str:
-    """A number and its unit, none for a ratio."""
-    return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
-
-
 def name(price: Price) -> str:
     """The mission's key of a parameter, or its own name."""
     return price.key or price.name
@@ -70,7 +61,7 @@ def signed(value: float) -> str:
     return f"{value:+.6g}".replace("-", "−") if value else "0"
 
 
-def sentence(explained: Explanation, price: Price) -> str:
+def sentence(explained: Findings, price: Price) -> str:
     """For example: one more second of the deadline gives 0.102 s of hover."""
 
     def change(value: float) -> str:

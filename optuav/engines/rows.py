@@ -19,6 +19,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.declaration import Constraint
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import (
     CONSTANT,
@@ -30,7 +31,7 @@ from optuav.modelling.forms import (
     exponential,
     same_rate,
 )
-from optuav.modelling.model import Constraint, Model
+from optuav.modelling.model import Model
 
 Margin: TypeAlias = Callable[..., Floats]
 """Values at one point of each of some intervals, from what belongs to them."""

@@ -1,54 +1,29 @@
-"""A mission in a few lines, and as tables that a notebook folds."""
+"""Parts of a mission as tables that a notebook folds."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
 from xml.etree.ElementTree import Element
 
-from optuav.errors import printable
 from optuav.fields import MissionSection
 from optuav.markup import MOST_ROWS, element, folded, pairs, paragraph, shown, table
-from optuav.mission.messages import counted
-
-if TYPE_CHECKING:
-    from optuav.mission.buildings import Buildings
-    from optuav.mission.mission import Mission
+from optuav.tables import Building
 
 
-def facts(mission: Mission) -> dict[str, str]:
-    """Describe a mission in sentences by heading: what, where, how long, and with what."""
-    route, limits, battery, laser = mission.route, mission.limits, mission.battery, mission.laser
-    start, end, device = (
-        f"({', '.join(f'{coordinate:g}' for coordinate in point)}) m"
-        for point in (route.origin_m, route.destination_m, mission.link.device_m)
-    )
-    buildings = counted(len(mission.buildings), "building")
-    source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
-    return {
-        "Mission": f"{printable(mission.name)}: {buildings}, {source}",
-        "Route": f"{start} to {end} within {limits.deadline_s:g} s",
-        "Device": f"{device}, outage at most {limits.outage_probability:g}",
-        "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
-        f"at least {100 * limits.min_soc:g} % left",
-        "Flight": f'model "{mission.flight.model}", {limits.min_altitude_m:g} to '
-        f"{limits.max_altitude_m:g} m above ground",
-    }
+def html(
+    facts: Mapping[str, str],
+    description: str,
+    sections: Mapping[str, MissionSection],
+    buildings: Sequence[Building],
+) -> str:
+    """A mission as HTML: facts, its description, and one folded table for each of its parts."""
+    about = [paragraph(description)] if description else []
+    tables = [folded(name, _keys(section)) for name, section in sections.items()]
+    roofs = folded(f"buildings ({len(buildings)})", _table(buildings))
+    return shown(pairs(facts.items()), *about, *tables, roofs)
 
 
-def html(mission: Mission) -> str:
-    """The mission as HTML: its facts, and one folded table for each of its parts."""
-    about = [paragraph(mission.description)] if mission.description else []
-    sections = [
-        folded(name, _keys(section))
-        for name, section in mission
-        if isinstance(section, MissionSection)
-    ]
-    buildings = folded(f"buildings ({len(mission.buildings)})", _table(mission.buildings))
-    return shown(pairs(facts(mission).items()), *about, *sections, buildings)
-
-
-def buildings_html(buildings: Buildings) -> str:
+def buildings_html(buildings: Sequence[Building]) -> str:
     """The table of the first buildings as HTML."""
     return shown(_table(buildings))
 
@@ -67,7 +42,7 @@ def stated(section: MissionSection) -> Iterator[tuple[str, object, str]]:
             yield key, value, words.get(key, "")
 
 
-def _table(buildings: Buildings) -> Element:
+def _table(buildings: Sequence[Building]) -> Element:
     """The first buildings: where they are, and their footprints."""
     first = buildings[:MOST_ROWS]
     rows = [

@@ -23,7 +23,7 @@ from optuav.mission import validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, seen_from, write_text
 from optuav.mission.forms import CHOICES, SCHEMA, TABLES, Flight, Source, table_keys
-from optuav.mission.messages import nearest, no_building, path_of, shown
+from optuav.mission.messages import counted, nearest, no_building, path_of, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 from optuav.physics import kibam
 
@@ -155,7 +155,11 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
     def _repr_html_(self) -> str:
         from optuav.mission.display import html
 
-        return html(self)
+        return html(self._facts(), self.description, self._sections(), self.buildings)
+
+    def _sections(self) -> dict[str, MissionSection]:
+        """The tables that it states, the buildings aside."""
+        return {name: table for name, table in self if isinstance(table, MissionSection)}
 
     def to_frame(self) -> DataFrame:
         """One row per key, the buildings aside; needs pandas.
@@ -167,8 +171,7 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
 
         rows = [
             (f"{name}.{key}", *rest)
-            for name, section in self
-            if isinstance(section, MissionSection)
+            for name, section in self._sections().items()
             for key, *rest in stated(section)
         ]
         return frame(rows, ["key", "value", "meaning"])
@@ -231,9 +234,26 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
         Battery    2 × 36000 A s, pooled, at least 5 % left
         Flight     model "rotors", 50 to 100 m above ground
         """
-        from optuav.mission.display import facts
+        return "\n".join(f"{head:11}{words}" for head, words in self._facts().items())
 
-        return "\n".join(f"{head:11}{words}" for head, words in facts(self).items())
+    def _facts(self) -> dict[str, str]:
+        """What, where, how long, and with what, in sentences by heading."""
+        route, limits, battery, laser = self.route, self.limits, self.battery, self.laser
+        start, end, device = (
+            f"({', '.join(f'{coordinate:g}' for coordinate in point)}) m"
+            for point in (route.origin_m, route.destination_m, self.link.device_m)
+        )
+        buildings = counted(len(self.buildings), "building")
+        source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
+        return {
+            "Mission": f"{printable(self.name)}: {buildings}, {source}",
+            "Route": f"{start} to {end} within {limits.deadline_s:g} s",
+            "Device": f"{device}, outage at most {limits.outage_probability:g}",
+            "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
+            f"at least {100 * limits.min_soc:g} % left",
+            "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
+            f"{limits.max_altitude_m:g} m above ground",
+        }
 
     def to_dict(self) -> Document:
         """Every value as plain data, as a file without ``extends`` states it.

@@ -8,9 +8,10 @@ import numpy as np
 from optuav.arrays import Values, plain
 from optuav.errors import Fault, InputError, printed, refuse, shown
 from optuav.frames import DataFrame, frame, without_rounding
+from optuav.modelling.declaration import Constraint
 from optuav.modelling.display import table
 from optuav.modelling.expression import Expression, Operand, Relation, Sense
-from optuav.modelling.model import Constraint, Model
+from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
 

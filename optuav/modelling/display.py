@@ -8,18 +8,16 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import takewhile
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from optuav.errors import Fault, InputError, line_width, shown, spelled
+from optuav.modelling.declaration import Declaration
 from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
 from optuav.modelling.writer import LINE, MARKED, Latex, Text
-
-if TYPE_CHECKING:
-    from optuav.modelling.model import Model
 
 WIDTH = 96
 ROOM, LEAST_ROOM = 36, 24  # columns for a formula, and for anything, beside the text before it
@@ -39,7 +37,7 @@ def table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(GAP.join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
 
-def text(model: Model) -> str:
+def text(model: Declaration) -> str:
     """The model in lines of at most `WIDTH` characters by default, broken between terms.
 
     Every parameter is listed with value, unit and key of the mission, an array with number and
@@ -63,7 +61,9 @@ def text(model: Model) -> str:
     return "\n".join(line.rstrip().replace(writer.after, " ") for line in lines)
 
 
-def latex(model: Model, *, width: int = LINE, numbers: bool = True, labels: bool = True) -> str:
+def latex(
+    model: Declaration, *, width: int = LINE, numbers: bool = True, labels: bool = True
+) -> str:
     r"""The model as ``align*`` environments (package amsmath), the names of lines as their tags.
 
     The values of the parameters are an environment of their own. Without its ``&``, ``\\`` and
@@ -100,7 +100,7 @@ def _aligned(page: Sequence[Section], writer: Latex, labels: bool) -> str:
 CONDITIONS = ("subject to", "with")
 
 
-def sections(model: Model, writer: Text) -> Iterator[Section]:
+def sections(model: Declaration, writer: Text) -> Iterator[Section]:
     """Goal, unknowns, constraints and the named quantities in them, as far as there are any."""
     goals, settled = list[str](), set[str]()
     for goal in (model.objective, *model.preferences):
@@ -132,7 +132,7 @@ def sections(model: Model, writer: Text) -> Iterator[Section]:
             yield head, _merged(rows, writer)
 
 
-def parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str]]:
+def parameters(model: Declaration, writer: Text) -> list[tuple[str, str, str, str, str]]:
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
     for parameter in model.parameters.values():

@@ -5,24 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, fromstring
 
 from optuav.errors import printable
 from optuav.markup import Cell, folded, paragraph, table
+from optuav.modelling.declaration import Declaration
 from optuav.modelling.display import parameters, sections
 from optuav.modelling.expression import Variable
 from optuav.modelling.writer import LIST, MARKED, Text, Written, parts_of
-
-if TYPE_CHECKING:
-    from optuav.modelling.model import Model
 
 THIN = '<mspace width="0.17em"/>'
 WHOLE = re.compile(r"<(mi|mn|mo|mtext)>[^<]*</\1>|<[^>]*>|\s+|\d[\d.]*|.")
 """A piece of what `MathML` writes: a finished token, a tag, a number or a sign."""
 
 
-def html(model: Model) -> list[Element]:
+def html(model: Declaration) -> list[Element]:
     """The model as rows of mathematics, and its parameters as a folded table."""
     writer, rows = MathML(marks=True), list[Sequence[Cell]]()
     for head, lines in sections(model, writer):

@@ -15,11 +15,11 @@ from optuav.markup import element, figure, folded, pairs, paragraph, shown, tabl
 from optuav.network import vehicle
 from optuav.network.timeline import carry, steps
 from optuav.physics.kibam import Wells
+from optuav.plan.data import PlanData
 from optuav.plan.summary import EDITED, HEADINGS, LEGEND, figures, heading, outcome, remarks, times
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats
-    from optuav.plan.plan import Plan
 
 WIDTH, HEIGHT = 440.0, 120.0  # Size of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
@@ -41,7 +41,7 @@ class Levels(NamedTuple):
     bound_As: Floats
 
 
-def html(plan: Plan) -> str:
+def html(plan: PlanData) -> str:
     """The plan as HTML."""
     if not plan:
         return shown(paragraph(verdict(plan), good=False), pairs(heading(plan)), *_notes(plan))
@@ -62,7 +62,7 @@ def html(plan: Plan) -> str:
     )
 
 
-def verdict(plan: Plan) -> str:
+def verdict(plan: PlanData) -> str:
     """The answer in one sentence."""
     known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
     if not plan:
@@ -71,7 +71,7 @@ def verdict(plan: Plan) -> str:
     return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
 
 
-def _notes(plan: Plan) -> Iterator[Element]:
+def _notes(plan: PlanData) -> Iterator[Element]:
     """Warnings, and the notes folded: some give away what a reader may want to find."""
     if warnings := [remark for remark in remarks(plan) if remark[0] != "Note"]:
         yield pairs(warnings)
@@ -79,7 +79,7 @@ def _notes(plan: Plan) -> Iterator[Element]:
         yield folded(f"Notes ({len(notes)})", pairs(notes))
 
 
-def levels(plan: Plan) -> Levels:
+def levels(plan: PlanData) -> Levels:
     """Both wells over a plan; of packs that take turns, when one of them changes its part."""
     mission = plan.mission
     changes = [(0.0, *vehicle.start(mission).wells(mission.pool))]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +14,7 @@ from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_text
 from optuav.mission.messages import path_of
 from optuav.network.scene import scene
-
-if TYPE_CHECKING:
-    from optuav.plan.plan import Plan
+from optuav.plan.data import PlanData
 
 WRITERS: dict[str, Callable[[Course], str]] = {
     ".kml": shapes.kml,
@@ -30,7 +27,7 @@ DIGITS = 9  # Decimals of degrees, 0.1 mm
 NO_EARTH = "is missing; an export needs the mission's place on Earth: crs, or [earth]"
 
 
-def export(plan: Plan, path: str | Path, *, force: bool = False) -> Path:
+def export(plan: PlanData, path: str | Path, *, force: bool = False) -> Path:
     """Write the course of a plan; see `Plan.export`."""
     file = path_of(path)
     write = WRITERS[ending_of(file, *WRITERS)]
@@ -43,7 +40,7 @@ def export(plan: Plan, path: str | Path, *, force: bool = False) -> Path:
     return file
 
 
-def course_of(plan: Plan) -> Course:
+def course_of(plan: PlanData) -> Course:
     """The places and waypoints of a plan on Earth, in its order, without stays of no length."""
     mission, route = plan.mission, plan.route
     if (crs := stated_system(mission)) is None:

@@ -8,17 +8,15 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from optuav.errors import folded, line_width, spelled
+from optuav.mission import Mission
 from optuav.mission.files import label
 from optuav.mission.messages import written_out
 from optuav.options import LONGEST_HOVER
+from optuav.plan.data import PlanData
 from optuav.presentation.text import FILLER, as_wide, tabulated
-
-if TYPE_CHECKING:
-    from optuav.mission import Mission
-    from optuav.plan.plan import Plan
 
 TABLE = "buildings_file"  # The key under which a plan names the table of its buildings
 LABEL = 13
@@ -36,7 +34,7 @@ TOO_LONG = 1e5
 Line: TypeAlias = tuple[str, str]  # A label and its words
 
 
-def summary(plan: Plan) -> str:
+def summary(plan: PlanData) -> str:
     """The plan as text."""
     lines = [line for label, words in heading(plan) for line in wrapped(label, words)]
     if plan:
@@ -49,7 +47,7 @@ def summary(plan: Plan) -> str:
     return "\n".join(lines)
 
 
-def heading(plan: Plan) -> list[Line]:
+def heading(plan: PlanData) -> list[Line]:
     """Mission and question, and status of the answer."""
     way = plan.trajectory and f"trajectory {plan.trajectory}"
     stated = filter(None, (way, plan.building and f"building {plan.building}", plan.order))
@@ -69,7 +67,7 @@ def heading(plan: Plan) -> list[Line]:
     return lines
 
 
-def facts(plan: Plan) -> list[Line]:
+def facts(plan: PlanData) -> list[Line]:
     """Question and answer, times, where the plan leads, and remarks."""
     if not plan:
         return [*heading(plan), *remarks(plan)]
@@ -77,7 +75,7 @@ def facts(plan: Plan) -> list[Line]:
     return [*heading(plan), *taken, *outcome(plan), *remarks(plan)]
 
 
-def remarks(plan: Plan) -> list[Line]:
+def remarks(plan: PlanData) -> list[Line]:
     """Warnings, then notes."""
     warnings = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
     return [("Warning", warning) for warning in warnings] + [("Note", note) for note in plan.notes]
@@ -113,7 +111,7 @@ def _number(value: float, decimals: int, sign: str = "") -> str:
     return f"{rounded:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
 
 
-def times(plan: Plan) -> list[tuple[str, float, str]]:
+def times(plan: PlanData) -> list[tuple[str, float, str]]:
     """Durations of a plan by kind and of the whole [s], and remarks on them."""
     rows: list[tuple[str, float, str]] = []
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
@@ -139,7 +137,7 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
     return [*rows, ("Flight", plan.flight_time_s, flown), ("Mission", plan.mission_time_s, ends)]
 
 
-def outcome(plan: Plan) -> list[Line]:
+def outcome(plan: PlanData) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
     levels = [f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()]
     left = f"of the battery, by perspective: {', '.join(levels)}"
@@ -156,7 +154,7 @@ def outcome(plan: Plan) -> list[Line]:
     return lines
 
 
-def figures(plan: Plan) -> list[tuple[str, ...]]:
+def figures(plan: PlanData) -> list[tuple[str, ...]]:
     """Rows of the phases: the kind, and the figures that the `HEADINGS` after its place name."""
     full = plan.mission.pool.full
     rows = []
@@ -169,7 +167,7 @@ def figures(plan: Plan) -> list[tuple[str, ...]]:
     return rows
 
 
-def _timeline(plan: Plan) -> Iterator[str]:
+def _timeline(plan: PlanData) -> Iterator[str]:
     cells = figures(plan)
     columns = zip((HEADINGS[0], *HEADINGS[2:]), *cells, strict=True)
     widths = [max(map(len, column)) for column in columns]

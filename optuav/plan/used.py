@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +18,11 @@ from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import ENDS
 from optuav.network.prisms import prisms
+from optuav.plan.data import PlanData
 from optuav.plan.summary import TABLE
 
-if TYPE_CHECKING:
-    from optuav.plan.plan import Plan
 
-
-def used_buildings(plan: Plan) -> Buildings:
+def used_buildings(plan: PlanData) -> Buildings:
     """Buildings on its route or in its question, and those that block its legs or the laser."""
     mission, buildings, route = plan.mission, plan.mission.buildings, plan.mission.route
     names = {end for phase in plan.phases for end in (phase.start_place, phase.end_place)}

@@ -28,7 +28,7 @@ from optuav.mission.messages import of_kind
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop, load_plan, load_subject
-from optuav.plan.plan import Waypoints
+from optuav.plan.data import Waypoints
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY, Look
 

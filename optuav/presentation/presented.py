@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from optuav.errors import folded, line_width, printed
 from optuav.presentation.blocks import Block
-from optuav.presentation.text import as_text
+from optuav.presentation.text import as_lines
 
 
 class Presented(ABC):
@@ -17,7 +17,7 @@ class Presented(ABC):
     def blocks(self) -> Iterator[Block]:
         """Yield what is shown: headings, facts, tables and notes."""
 
-    __str__ = printed(lambda self: folded(as_text(self.blocks()), line_width()))
+    __str__ = printed(lambda self: folded("\n".join(as_lines(self.blocks())), line_width()))
 
     def _repr_html_(self) -> str:
         from optuav.presentation.html import as_html

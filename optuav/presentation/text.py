@@ -12,15 +12,14 @@ from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 FILLER = "\0"
 
 
-def as_text(blocks: Iterable[Block]) -> str:
-    """Blocks as lines, with a blank line between them; none between a heading and its facts."""
-    lines, above = list[str](), None
+def as_lines(blocks: Iterable[Block]) -> Iterator[str]:
+    """Blocks as lines, with a blank one between them; none between a heading and its facts."""
+    above: Block | None = None
     for block in blocks:
         if above is not None and not (isinstance(above, Heading) and isinstance(block, Facts)):
-            lines.append("")
-        lines += _lines(block)
+            yield ""
+        yield from _lines(block)
         above = block
-    return "\n".join(lines)
 
 
 def _lines(block: Block) -> Iterator[str]:

@@ -323,8 +323,12 @@ def coverage(
         calm.share if isinstance(calm, Coverage) else calm, "{:.6%} of the time"
     )
     asked: dict[str, Any] = {
-        **{"mission": loaded, "charged_by": charged_by, "lit_hover": lit},
-        **{"perspective": perspective, "calm_share": calm_share, "in_calm_air": words},
+        "mission": loaded,
+        "charged_by": charged_by,
+        "lit_hover": lit,
+        "perspective": perspective,
+        "calm_share": calm_share,
+        "in_calm_air": words,
         "calm": calm,
     }
     if hover_A <= 0.0:

@@ -71,6 +71,13 @@ class Event(Result):
     calm_drones, in_calm_air
         If hovering counts on the wind, the number of drones in calm air, None without a roster
         there, and the same in words; else None.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> event = optuav.coverage("matrice350").event(1)
+    >>> event.drones, event.building, len(event.rows)
+    (2, 'b4', 2)
     """
 
     kind = "optuav event"

@@ -51,6 +51,13 @@ class Horizon(Result):
     calm_hover_s, in_calm_air
         If hovering counts on the wind, the hover time in calm air [s], None without a day there,
         and the same in words; else None.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> day = optuav.coverage("paper").horizon(2)
+    >>> f"{day.hover_s:.1f} s of hover at {day.building} in {len(day.rows)} stops"
+    '1188.0 s of hover at b9 in 3 stops'
     """
 
     kind = "optuav horizon"

@@ -83,6 +83,13 @@ class ReturnTimes(Result):
     calm_latest_s, in_calm_air
         If hovering counts on the wind, the last moment in calm air [s], None if it is too late
         there, and the same in words; else None.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> times = optuav.return_by("paper")
+    >>> f"{times.place}: {times.latest_s:.1f} s"
+    'b9: 597.3 s'
     """
 
     kind = "optuav return"

@@ -74,6 +74,13 @@ class RobustPlan(Result):
     outside, windy
         Numbers of the mission that do not lie in the box, in words; whether hovering counts on a
         wind that the box does not vary.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> robust = optuav.robust("paper", {"drain": {"percent": 5}}, samples=500)
+    >>> robust.corners, robust.doubt_costs_s.keys()
+    (1, dict_keys(['drain']))
     """
 
     kind = "optuav robust"

@@ -79,6 +79,13 @@ class FleetSizes(Result):
         As asked, by name, or None.
     in_calm_air
         If hovering counts on the wind, the drones in calm air, in words; else None.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> sizes = optuav.size_fleet("matrice350", share=0.5)
+    >>> sizes.share, sizes.rows[0]["drones"]
+    (0.5, 2)
     """
 
     kind = "optuav fleet sizes"

@@ -28,8 +28,8 @@ from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
+from optuav.modelling.declaration import Constraint
 from optuav.modelling.forms import NotExponentialError
-from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import has_unknowns
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
@@ -41,7 +41,7 @@ from optuav.network.timeline import route_phases, simulated
 from optuav.network.variants import stacked
 from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan
-from optuav.plan.plan import CANNOT
+from optuav.plan.data import CANNOT
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.balance import TIMES, by_balance
 from optuav.solving.parts import Part, allowed

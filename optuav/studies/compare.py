@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, overload
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
@@ -20,7 +20,7 @@ from optuav.plan.summary import counted_in
 from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
-from optuav.studies.methods import Progress, compare_methods
+from optuav.studies.methods import MethodComparison, Progress, compare_methods
 from optuav.studies.processes import WORKERS
 from optuav.studies.results import Comparison, Pictures, Row, fixed
 
@@ -67,6 +67,13 @@ class PlanComparison(Comparison):
     ----------
     by, slot_s
         What was compared, and the length of time slots [s], None for continuous times.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
+    >>> found.by, [round(plan.hover_time_s) for plan in found.plans]
+    (('trajectory',), [689, 715, 720, 720])
     """
 
     kind = "optuav comparison of plans"
@@ -132,6 +139,37 @@ class PlanComparison(Comparison):
         bars = [plots.Bar(*(row[name] for name in names)) for row in self.rows]
         title = f"{printed(self.mission.name)}: longest hover by trajectory and perspective"
         yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
+
+
+@overload
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: Literal["method"] = "method",
+    perspective: Perspective | None = None,
+    slots_s: float | Sequence[float] | None = None,
+    engines: Sequence[str] | None = None,
+    time_limit_s: float | None = None,
+    times: bool = False,
+    progress: Progress | None = None,
+    workers: int = 1,
+) -> MethodComparison: ...
+
+
+@overload
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: str | Sequence[str],
+    perspective: Perspective | None = None,
+    slots_s: float | Sequence[float] | None = None,
+    engines: Sequence[str] | None = None,
+    time_limit_s: float | None = None,
+    periods_s: Sequence[float] | None = None,
+    times: bool = False,
+    progress: Progress | None = None,
+    workers: int = 1,
+) -> Comparison: ...
 
 
 def compare(

@@ -53,6 +53,13 @@ class MethodComparison(Comparison):
         Whether all answers agree, those that do not, and the engines that failed, in words.
     reasons
         By problem, why it has no plan; empty where it has one.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.compare("paper", perspective="battery", slots_s=60, engines=["grid"])
+    >>> found.agrees, found.failures
+    (True, ())
     """
 
     kind = "optuav comparison"

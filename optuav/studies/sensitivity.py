@@ -84,6 +84,14 @@ class Sensitivity(Result):
     chances
         Over the samples: quantiles of the longest hover, how often each route is the best, and the
         share in which the fixed plan can be flown; None if nothing is uncertain.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> size = {"battery.capacity_As": {"percent": 10}}
+    >>> result = optuav.sensitivity("paper", size, perspective="battery", samples=10)
+    >>> round(result.hover_time_s, 2), result.chances.samples
+    (719.54, 10)
     """
 
     kind = "optuav sensitivity"

@@ -11,7 +11,7 @@ import optuav
 from optuav.diagnosis.sentences import verdict
 from optuav.network.timeline import simulated
 from optuav.paper.figures import grounded
-from optuav.plan.plan import CANNOT
+from optuav.plan.data import CANNOT
 from optuav.service.fleet import lasting
 
 RELAY = optuav.load("relay-today")
