@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from inspect import Parameter, get_annotations, isabstract, isfunction, signature
@@ -21,6 +22,7 @@ from optuav.laser.beam import Beam, LaserTable
 from optuav.mission import Mission
 from optuav.mission.forms import CHOICES, SECTIONS, TABLES, forms, table_keys
 from optuav.plan.pictures import OF_THE_PACKAGE, PICTURES, Picture
+from optuav.plugins import GROUP, read_plugins
 from optuav.solving.question import OWN_PROBLEMS, PROBLEM_NAMES, arguments_of, own_problem_faults
 
 if TYPE_CHECKING:
@@ -80,10 +82,9 @@ def register(thing: Thing) -> Thing:
     --------
     >>> import optuav
     >>> @optuav.register
-    ... def longer_rests(plan):
-    ...     drawn = optuav.plots.wells([plan])
-    ...     return drawn
-    >>> optuav.unregister("longer_rests")
+    ... def my_wells(plan):
+    ...     return optuav.plots.wells([plan])
+    >>> optuav.unregister("my_wells")
     >>> try:
     ...     optuav.register(optuav.Grid())
     ... except optuav.InputError as error:
@@ -132,14 +133,40 @@ def unregister(name: str) -> None:
 
 
 def with_registered(function: Callable[[int], Result]) -> Callable[[int], Result]:
-    """Return a function that registers in its process what is registered in this one."""
-    things = [thing for kind in EVERY_KIND for thing in kind.registered().values()]
-    return partial(_registering, things, function) if things else function
+    """Return a function that registers in a worker of Dask what is registered in this process.
+
+    Things that cannot be sent must come from plugins there.
+    """
+    from distributed.protocol.pickle import dumps
+
+    sent, unsent = list[Any](), dict[tuple[str, str], str]()
+    for kind in EVERY_KIND:
+        for name, thing in kind.registered().items():
+            try:
+                dumps(thing)
+                sent.append(thing)
+            except Exception as error:  # Of any kind, as things pickle themselves
+                unsent[kind.words, name] = f"{type(error).__name__}: {error}"
+    return partial(_registering, sent, unsent, function)
 
 
-def _registering(things: list[Any], function: Callable[[int], Result], number: int) -> Result:
-    for thing in things:
+def _registering(
+    sent: list[Any],
+    unsent: Mapping[tuple[str, str], str],
+    function: Callable[[int], Result],
+    number: int,
+) -> Result:
+    """The value of a function, by a worker."""
+    read_plugins()
+    for thing in sent:
         register(thing)
+    known = [(kind.words, name) for kind in EVERY_KIND for name in kind.registered()]
+    words = f"register it in a plugin, by an entry point of the group {GROUP}"
+    refuse(
+        Fault(kind, shown(name), f"cannot be sent to a worker ({why}): {words}")
+        for (kind, name), why in unsent.items()
+        if (kind, name) not in known
+    )
     return function(number)
 
 
@@ -201,8 +228,8 @@ def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fa
         if each.kind not in (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY):
             yield Fault(place, "", "must be a parameter that is given by its name")
         elif name not in known:
-            tables = ", ".join(table for table in TABLES if table in known)
-            words = f"a parameter must be a table of a mission: {tables}"
+            choices = ", ".join(choice for choice in TABLES if choice in known)
+            words = f"a parameter must be a table of a mission: {choices}"
             yield Fault(place, "", words + nearest(name, known))
         elif (
             each.default is Parameter.empty
@@ -212,8 +239,11 @@ def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fa
         ):
             words = f'a mission may have no [{name}]: add it to needs = ("{name}",), or a default'
             yield Fault(place, "", words)
-    stated = {name for base in kind.__mro__ for name in get_annotations(base)}
-    for name in sorted(stated & {*known} - parameters.keys()):
+    declared = set[str]()
+    for base in kind.__mro__:
+        with suppress(NameError):  # Of types that only a type checker imports
+            declared.update(get_annotations(base))
+    for name in sorted(declared & {*known} - parameters.keys()):
         words = "is not set by the constructor: decorate the class with @dataclass(eq=False)"
         yield Fault(f"{kind.__name__}.{name}", "", words)
 

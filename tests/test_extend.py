@@ -26,7 +26,7 @@ from optuav.laser.beam import Beam
 from optuav.modelling import Model, Parameter
 from optuav.physics.flight import Flow, Loads
 from optuav.plugins import GROUP, read_plugins
-from optuav.registration import EVERY_KIND
+from optuav.registration import EVERY_KIND, with_registered
 from optuav.tables import BatteryPacks, Body
 
 ROOT = Path(__file__).parents[1]
@@ -139,6 +139,27 @@ def test_workers_of_a_sweep_read_plugins(tmp_path: Path, entry: str) -> None:
     assert re.search(r"^Hover +available 400.00 to 400.00 s", done.stdout, re.M)
 
 
+EXPLORED = """
+if __name__ == "__main__":
+    from optuav.explorer.worker import Worker
+    read_plugins()
+    worker = Worker(optuav.load("town.toml"))
+    print(worker.ask({"number": 1})["verdict"])
+    worker.end()
+"""
+
+
+@pytest.mark.soak
+def test_the_process_of_the_explorer_reads_plugins(tmp_path: Path) -> None:
+    """Its answer is a plan, as in the process that asks."""
+    environment = plugin(tmp_path, "mine:register_all")
+    code = f"import optuav\nfrom optuav.plugins import read_plugins\n{EXPLORED}"
+    (tmp_path / "script.py").write_text(code, "utf-8")
+    done = run(tmp_path, environment, "script.py")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "hover" in done.stdout
+
+
 SCRIPT = """
 if __name__ == "__main__":
     register_all()
@@ -158,6 +179,26 @@ def test_what_a_script_registers_reaches_the_workers(tmp_path: Path) -> None:
     done = run(tmp_path, environment, "script.py")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("True {'available': {'shortest': ")
+
+
+def test_what_cannot_be_sent_to_workers_is_refused_in_words() -> None:
+    """Unless a worker has it by itself, from a plugin."""
+    pytest.importorskip("distributed")
+
+    class Unsent(Nothing):
+        def __reduce__(self) -> Any:
+            raise TypeError("it holds a lock")
+
+    optuav.register(Hops)
+    optuav.register(Unsent())
+    called = with_registered(abs)
+    assert called(-3) == 3
+    optuav.unregister("nothing")
+    optuav.unregister("hops")
+    words = r"engine = 'nothing': cannot be sent .*it holds a lock.* of the group optuav.plugins"
+    with pytest.raises(InputError, match=words):
+        called(-3)
+    assert FLIGHTS["hops"] is Hops
 
 
 def test_a_plugin_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -367,10 +408,10 @@ def test_a_registered_problem_goes_by_its_name(capsys: pytest.CaptureFixture[str
     """As a class with its fields stated, and as an instance with those it has."""
     kind = mine()["SmallestPack"]
     asked = {"perspective": "battery", "engine": "casadi"}
-    stated = optuav.solve("paper", kind(500.0), **asked)
-    assert optuav.solve("paper", "SmallestPack", **asked) == stated
+    small = optuav.load("paper").replace({f"buildings.b{k}": None for k in range(2, 11)})
+    assert optuav.solve(small, "SmallestPack", **asked) == optuav.solve(small, kind(500.0), **asked)
     optuav.register(kind(550.0, building="b1"))
-    larger = optuav.solve("paper", "SmallestPack", **asked)
+    larger = optuav.solve(small, "SmallestPack", **asked)
     assert larger.hover_time_s == pytest.approx(550.0)
     assert larger.building == "b1"
     main_words = ["solve", "paper", "--problem", "SmallestPack", "--set", "wanted_hover_s=450"]
