@@ -1,4 +1,4 @@
-"""The judge shares no code with what it judges."""
+"""The judge imports nothing that declares or solves."""
 
 from __future__ import annotations
 
