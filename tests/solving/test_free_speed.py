@@ -274,7 +274,7 @@ def test_in_a_town_few_routes_are_priced(perspective: Any, monkeypatch: pytest.M
     chance, names = np.random.default_rng(1), [f"x{k}" for k in range(600)]
     roofs_m = chance.uniform((-2000, -2000, 5), (2000, 2000, 60), (600, 3))
     table = dict(zip(("x_m", "y_m", "z_m"), roofs_m.T, strict=True))
-    town = optuav.load("relay-today").with_buildings({"name": names, **table})
+    town = optuav.load("relay-today").replace(SLOW).with_buildings({"name": names, **table})
     priced, prices = list[int](), RoutePricing.prices
 
     def counted(pricing: RoutePricing) -> Any:
