@@ -6,7 +6,8 @@ export const STRONG = {weight: 600};
 export const ON_FILL = {...STRONG, fill: "on-fill", halo: false};
 const FONT = "system-ui, sans-serif";
 const APART_PX = 3; // Between words that are side by side
-const GRAZED = 0.06; // Share of words that may touch a mark
+const GRAZED = 0.06; // Share of words that may touch a mark, of long ones as if they were so long
+const LONG_PX = 80;
 const CROSSED = 3; // Points that words may not cover, where they are not needed
 const MOST_DOTS = 400; // Along a line
 // Right, left, above, below, and corners [gaps to the right and down]
@@ -193,7 +194,7 @@ export class Picture {
       x: wished.x + dx,
       y: wished.y + dy,
       cost: (wished.cost ?? 0) + 0.5 * moved + 20 * covered + 6 * crossed,
-      free: covered <= GRAZED * (c - a) * (d - b) && !moved && crossed < CROSSED,
+      free: covered <= GRAZED * Math.min(c - a, LONG_PX) * (d - b) && !moved && crossed < CROSSED,
       box: [a, b, c, d],
     };
   }
