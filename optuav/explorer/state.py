@@ -35,7 +35,7 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {
 CURRENT = ("Charging current", "I_ch", "A")
 WORDS = {
     "limits.deadline_s": ("Deadline", "T_max", "s"),
-    "limits.min_soc": ("Charge to be left", "η₀", "%"),
+    "limits.min_soc": ("Charge left", "η₀", "%"),
     "battery.capacity_As": ("Capacity of a pack", "B_i", "A s"),
     "laser.power_W": ("Laser power", "P_s", "W"),
     "battery.charge_current_A": CURRENT,

@@ -18,7 +18,7 @@ from optuav.explorer.static import script, style
 from tests.explorer.conftest import EVIL, Open
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-KEPT = "Charge to be left"
+KEPT = "Charge left"
 
 
 def says(page: Any, words: str | re.Pattern[str]) -> None:
