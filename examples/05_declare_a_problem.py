@@ -152,8 +152,8 @@ optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="batt
 # route. `given` holds the numbers of the mission on that route, as symbols:
 #
 # - `given.hover_and_rest(model)` declares Δ and T';
-# - `given.keep_charge(model, label, hover, rest)` keeps the reserve `limits.min_soc` at the end, and
-#   at every landing if the mission has `limits.keep_soc = "always"`;
+# - `given.keep_charge(model, label, hover, rest)` keeps the reserve `limits.min_soc` at the end,
+#   and at every landing if the mission has `limits.keep_soc = "always"`;
 # - `given.time_left` is the deadline less the flights;
 # - other numbers have the names of the mission, such as `given.min_soc`.
 #
