@@ -49,7 +49,7 @@ class Own(optuav.Formulation):
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
         given.keep_deadline(model, "deadline", hover, rest)
-        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "state of charge", hover, rest)
 
 
 OWN = "a class of your own"

@@ -152,7 +152,8 @@ optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="batt
 # route. `given` holds the numbers of the mission on that route, as symbols:
 #
 # - `given.hover_and_rest(model)` declares Δ and T';
-# - `given.soc_end(hover, rest)` is the state of charge at the landing;
+# - `given.keep_charge(model, label, hover, rest)` keeps the reserve `limits.min_soc` at the end,
+#   and at every landing if the mission has `limits.keep_soc = "always"`;
 # - `given.time_left` is the deadline less the flights;
 # - other numbers have the names of the mission, such as `given.min_soc`.
 #
@@ -170,7 +171,7 @@ class ShortRest(optuav.Formulation):
     def declare(self, model, given):
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
-        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "state of charge", hover, rest)
         model.subject_to("deadline", hover + rest <= given.time_left, unit="s")
         model.subject_to("short rest", rest <= self.share * hover, unit="s")
 
@@ -229,7 +230,7 @@ class Early(optuav.Formulation):
     def declare(self, model, given):
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
-        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "state of charge", hover, rest)
         given.keep_wells(model, "battery", hover, rest)
         early = hover + rest <= given.time_left - self.margin_s
         model.subject_to("back early", early, unit="s")

@@ -97,7 +97,7 @@ class Unload(optuav.Formulation):
         model.maximise(hover)
         model.prefer_small(rest)
         model.subject_to("time to unload", rest >= self.least_rest_s, unit="s")
-        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "state of charge", hover, rest)
         given.keep_wells(model, "battery", hover, rest)
         given.keep_deadline(model, "deadline", hover, rest)
 

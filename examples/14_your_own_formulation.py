@@ -35,8 +35,9 @@ pd.options.display.max_colwidth = None
 # ## Least rest for a wanted hover time
 #
 # In `declare`, `given` holds the mission's quantities as symbols, such as `given.min_soc`.
-# `hover_and_rest` declares Δ and T', which is 0.0 on the direct route. `soc_end` is the state of
-# charge at the end, in the perspective that you ask for. `keep_wells` keeps the battery from
+# `hover_and_rest` declares Δ and T', which is 0.0 on the direct route. `keep_charge` keeps
+# the reserve at the end, in the perspective that you ask for. It also keeps the reserve at every
+# landing if the mission has `limits.keep_soc = "always"`. `keep_wells` keeps the battery from
 # running dry. The class's own options are its fields. If you wrap an option in a `Parameter`, you
 # can change it later.
 
@@ -53,7 +54,7 @@ class LeastRest(optuav.Formulation):
         hover, rest = given.hover_and_rest(model)
         model.minimise(rest)
         model.subject_to("wanted hover", hover == wanted, unit="s")
-        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "state of charge", hover, rest)
         given.keep_wells(model, "battery", hover, rest)
         given.keep_deadline(model, "deadline", hover, rest)
 
@@ -217,7 +218,7 @@ class Enough(optuav.Formulation):
         hover, rest = given.hover_and_rest(model)
         model.minimise(rest)
         model.subject_to("wanted hover", hover >= self.wanted_s, unit="s")
-        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "state of charge", hover, rest)
         given.keep_wells(model, "wells", hover, rest)
         given.keep_deadline(model, "deadline", hover, rest)
 

@@ -28,7 +28,9 @@ mission = optuav.load("paper")
 #
 # The charge at the end is linear in the times. So all rest can be moved to the building that
 # charges best, and the other stops can be left out. The flight is then no longer, by the triangle
-# inequality.
+# inequality. This holds if the reserve counts at the end only, as it does here. With
+# `limits.keep_soc = "always"` it also counts at every landing, and then more stops may help:
+# the building that charges best may come too late.
 #
 # **Before you run:** up to three rests and two hovers are allowed below. Will the plan use them?
 

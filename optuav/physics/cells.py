@@ -1,8 +1,8 @@
 """Wells of kinds of cells, by name: shares and flow rates of the kinetic battery model.
 
-They were fitted to lifetimes at constant currents from published electrochemical models of cells
-(PyBaMM [1]_, single-particle model with electrolyte, isothermal 25 °C, from full to 3.0 V under
-load) so that no lifetime is longer than the cell's. Nothing here was compared with a real pack.
+Those of lithium cells were fitted to lifetimes from published electrochemical models (PyBaMM [1]_,
+isothermal 25 °C, from full to 3.0 V under load), so that no lifetime is more than 0.15 % longer
+than the cell's. Nothing here was compared with a real pack.
 
 References
 ----------
