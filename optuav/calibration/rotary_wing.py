@@ -72,14 +72,15 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     >>> [value.key for value in fitted.values][2:4]
     ['flight.induced_speed_m_s', 'flight.tip_speed_m_s']
     """
-    sources, tables = csv.read_all(files, [LOG], _checked)
+    sources, logs = csv.read_all(files, [LOG], _checked)
+    tables, left_out = zip(*logs, strict=True)
     parts = [(table.numbers["speed"], table.numbers["power"]) for table in tables]
     speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
     estimated = _estimate(speed, drawn_W)
     seen = "power", "W", drawn_W, drawn_W + estimated.residuals
     panel = curve(*seen, speed, "air speed $V$ [m/s]")
     of_columns = (words for table in tables for words in table.doubts())
-    doubts = dict.fromkeys([*of_columns, *_doubts(estimated, speed)])
+    doubts = dict.fromkeys(itertools.chain(*left_out, of_columns, _doubts(estimated, speed)))
     data = f"{len(speed)} points of steady level flight"
     values = estimated.stated(f"fitted to {len(speed)} points", always=True)
     found = Fit("rotary-wing", sources, data, values, (panel,), (*estimated.warnings, *doubts))
@@ -116,10 +117,15 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
         yield from csv.unit_doubts(words, area_m2, "power", "power", DISC_AREA)
 
 
-def _checked(table: csv.Measurements) -> csv.Measurements:
-    """A file with enough different speeds, none below 0, and powers above 0."""
-    speed, drawn_W = table.numbers["speed"], table.numbers["power"]
-    faults = [*table.faults(speed < 0.0, "speed", "0 or above")]
-    faults += table.faults(drawn_W <= 0.0, "power", "above 0")
-    refuse([*faults, *table.few("speed", LEAST_SPEEDS)])
-    return table
+def _checked(log: csv.Measurements) -> tuple[csv.Measurements, tuple[str, ...]]:
+    """The lines of known values, and sentences on the others.
+
+    With enough different speeds, none below 0, and powers above 0.
+    """
+    unknown = {column: log.unknown(column) for column in ("speed", "power")}
+    left_out = [words for column, rows in unknown.items() for words in log.left_out(column, rows)]
+    table = log.only(~np.any([*unknown.values()], axis=0))
+    faults = [*table.faults(table.numbers["speed"] < 0.0, "speed", "0 or above")]
+    faults += table.faults(table.numbers["power"] <= 0.0, "power", "above 0")
+    refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out)])
+    return table, tuple(left_out)

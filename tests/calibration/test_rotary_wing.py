@@ -248,6 +248,21 @@ def test_power_from_the_curve_and_back_is_the_battery_s(tmp_path: Path) -> None:
         assert again.current_A == pytest.approx(curve.current_A, rel=1e-5)
 
 
+@pytest.mark.parametrize("wrong", ["655.35,140", "8,-1"])
+def test_values_that_mean_unknown_are_left_out_and_counted(wrong: str, tmp_path: Path) -> None:
+    """A speed of 655.35 m/s was fitted, and a power of −1 W refused the log."""
+    file = log(tmp_path, 0.0, 9)
+    file.write_text("\n".join([file.read_text(), wrong]))
+    found = optuav.fit_rotary_wing(file)
+    assert [value.value for value in found.values] == pytest.approx(TRUE, rel=1e-4)
+    (told,) = found.warnings
+    assert "1 of 10 lines is left out" in told
+    few = ["speed_m_s,power_W", *(f"{v},{power_W(v)}" for v in range(5)), wrong]
+    file.write_text("\n".join(few))
+    with pytest.raises(InputError, match=r"there are 5; .*1 of 6 lines is left out"):
+        optuav.fit_rotary_wing(file)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
