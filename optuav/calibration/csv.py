@@ -83,6 +83,7 @@ class Format(NamedTuple):
     blanks: tuple[str, ...] = ()  # columns whose empty cells are read as NaN
     least: int = 1
     also: Mapping[str, tuple[str, str]] = {}  # further names, each with its column and its kind
+    unread: tuple[str, ...] = ()  # headings of columns that stand beside these and are not read
 
     @property
     def names(self) -> Iterator[tuple[str, str, str]]:
@@ -114,6 +115,7 @@ class Measurements:
     lines: tuple[int, ...]
     numbers: Mapping[str, Floats]
     texts: Mapping[str, tuple[str, ...]]
+    unread: tuple[str, ...] = ()
 
     def faults(self, wrong: Booleans, key: str, allowed: str, unit: str = "") -> Iterator[Fault]:
         """At most one fault, for all rows that break a rule."""
@@ -160,6 +162,11 @@ class Measurements:
         numbers = {name: values[rows] for name, values in self.numbers.items()}
         lines = tuple(self.lines[number] for number in chosen)
         return replace(self, lines=lines, numbers=numbers, texts=texts)
+
+    def not_read(self) -> Iterator[str]:
+        """A sentence on the columns that are not read, if there are any."""
+        if self.unread:
+            yield f"{self.source}: columns that are not read: {', '.join(self.unread)}"
 
     def few(self, column: str, least: int, *reasons: str) -> Iterator[Fault]:
         """A fault, with the reasons, if a column has too few different values."""
@@ -217,7 +224,8 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
         faults.append(Fault("", "", words, source))
     refuse(faults)
     texts_kept = {column: tuple(cells) for column, cells in texts.items()}
-    return Measurements(source, form.kinds, sizes, tuple(lines), numbers, texts_kept)
+    unread = tuple(heading for heading in headings if heading in form.unread)
+    return Measurements(source, form.kinds, sizes, tuple(lines), numbers, texts_kept, unread)
 
 
 def record_faults(table: Measurements) -> Iterator[Fault]:
@@ -268,7 +276,7 @@ def unit_doubts(
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
-        hint = f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else ""
+        hint = f"; perhaps {heading} is in {' or '.join(meant)}" if meant else ""
         look = f"look at the units in the names of the columns{hint}"
         yield f"{words} is {f'{size:.5g} {unit}'.rstrip()}, {usual_sizes}: {look}"
 
@@ -283,6 +291,8 @@ def _places(
     columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
         column = known.get(heading)
+        if heading in form.unread:
+            continue
         if column is None:
             like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
             words = f"a column that is known{like}; known are {', '.join(known)}"
