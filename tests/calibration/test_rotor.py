@@ -240,7 +240,7 @@ def test_coefficients_by_turns_and_diameter_under_others_are_doubted(
     """7.75 times the thrust; C_P as C_Q has a usual figure of merit, but C_T tells."""
     file = sheet(tmp_path / "a.csv", "thrust_coefficient,torque_coefficient", f"0.1092,{torque}")
     found = optuav.fit_rotor(file)
-    assert any("under thrust_coefficient it may be nD" in words for words in found.warnings)
+    assert any("perhaps thrust_coefficient is in nD" in words for words in found.warnings)
     assert any("figure of merit" in words for words in found.warnings) == (torque == "0.00736")
 
 
