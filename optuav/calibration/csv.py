@@ -62,13 +62,16 @@ USUAL = {
     "thrust coefficient": (0.002, 0.03, ""),
 }
 """Least and most that UAVs show, from some grams to those that carry people, and the unit."""
-UNKNOWN = {
+UNKNOWN_IN_UNIT = (-1.0, 65535.0)
+UNKNOWN: Mapping[str, tuple[float, ...]] = {
     "current": (-1.0, -0.01, 655.35),
-    "voltage": (65.535,),
+    "voltage": (-1.0, -0.001, 65.535),
+    "power": (),
     "speed": (655.35,),
 }
-"""Values in SI units that autopilots log where they know none: −1 or 65535, also in hundredths."""
-HUNDREDTH = -0.01  # A, the value of these that a current may have
+"""Values that autopilots log where they know none: −1 or 65535 in the unit of the column or of the
+autopilot, which has hundredths and thousandths; the latter in SI units, by kind of quantity."""
+SMALL = -0.1  # unknown values between this and 0 may also be those of a sensor that is off
 ROUNDING = 1e-9  # relative, of a change of units
 
 
@@ -80,6 +83,7 @@ class Format(NamedTuple):
     blanks: tuple[str, ...] = ()  # columns whose empty cells are read as NaN
     least: int = 1
     also: Mapping[str, tuple[str, str]] = {}  # further names, each with its column and its kind
+    unread: tuple[str, ...] = ()  # headings of columns that stand beside these and are not read
 
     @property
     def names(self) -> Iterator[tuple[str, str, str]]:
@@ -107,9 +111,11 @@ class Measurements:
 
     source: str
     kinds: Mapping[str, str]
+    sizes: Mapping[str, float]  # SI value of the unit of each column
     lines: tuple[int, ...]
     numbers: Mapping[str, Floats]
     texts: Mapping[str, tuple[str, ...]]
+    unread: tuple[str, ...] = ()
 
     def faults(self, wrong: Booleans, key: str, allowed: str, unit: str = "") -> Iterator[Fault]:
         """At most one fault, for all rows that break a rule."""
@@ -125,25 +131,29 @@ class Measurements:
     def unknown(self, column: str) -> Booleans:
         """Return which values of a column only say that the value is unknown.
 
-        A sensor that is off by a little shows several values below 0; then a hundredth is one.
+        A sensor that is off by a little shows several values below 0; then small ones are measured.
         """
-        values = self.numbers[column]
-        signs = list(UNKNOWN[self.kinds[column]])
-        if HUNDREDTH in signs and np.any((values < 0.0) & ~np.isin(values, signs)):
-            signs.remove(HUNDREDTH)
-        matches = np.isclose(values[:, None], signs, rtol=ROUNDING, atol=0.0)
-        unknown: Booleans = np.any(matches, axis=1)
+        matches = self._matches(column)
+        unknown: Booleans = np.any([*matches.values()], axis=0)
+        if np.any(self.numbers[column][~unknown] < 0.0):
+            unknown = np.any([rows for x, rows in matches.items() if not SMALL < x < 0.0], axis=0)
         return unknown
 
     def left_out(self, column: str, rows: Booleans) -> Iterator[str]:
         """A sentence for each kind of unknown value, with its count."""
-        values, unit = self.numbers[column], USUAL[self.kinds[column]][-1]
-        for sign in UNKNOWN[self.kinds[column]]:
-            count = int(np.sum(rows & np.isclose(values, sign, rtol=ROUNDING, atol=0.0)))
-            if count:
-                which = f"{count} of {counted(len(values), 'line')}"
+        unit = USUAL[self.kinds[column]][-1]
+        for sign, matches in self._matches(column).items():
+            if count := int(np.sum(rows & matches)):
+                which = f"{count} of {counted(len(rows), 'line')}"
                 words = f"their {column} is {sign:g} {unit}, which means unknown"
                 yield f"{self.source}: {which} {'is' if count == 1 else 'are'} left out: {words}"
+
+    def _matches(self, column: str) -> dict[float, Booleans]:
+        """The rows of a column with each value that means unknown, in SI units."""
+        of_unit = (self.sizes[column] * value for value in UNKNOWN_IN_UNIT)
+        signs = dict.fromkeys(float(f"{x:.12g}") for x in (*UNKNOWN[self.kinds[column]], *of_unit))
+        values = self.numbers[column]
+        return {sign: np.isclose(values, sign, rtol=ROUNDING, atol=0.0) for sign in signs}
 
     def only(self, rows: Booleans) -> "Measurements":
         """The rows that are chosen."""
@@ -153,11 +163,16 @@ class Measurements:
         lines = tuple(self.lines[number] for number in chosen)
         return replace(self, lines=lines, numbers=numbers, texts=texts)
 
-    def few(self, column: str, least: int) -> Iterator[Fault]:
-        """A fault if a column has too few different values."""
+    def not_read(self) -> Iterator[str]:
+        """A sentence on the columns that are not read, if there are any."""
+        if self.unread:
+            yield f"{self.source}: columns that are not read: {', '.join(self.unread)}"
+
+    def few(self, column: str, least: int, *reasons: str) -> Iterator[Fault]:
+        """A fault, with the reasons, if a column has too few different values."""
         if (count := len(np.unique(self.numbers[column]))) < least:
             words = f"at least {least} different {column}s; there are {count}"
-            yield Fault("", "", words, self.source)
+            yield Fault("", "", "; ".join([words, *reasons]), self.source)
 
     def doubts(self) -> Iterator[str]:
         """A warning for each column whose largest size does not suit a UAV."""
@@ -209,7 +224,8 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
         faults.append(Fault("", "", words, source))
     refuse(faults)
     texts_kept = {column: tuple(cells) for column, cells in texts.items()}
-    return Measurements(source, form.kinds, tuple(lines), numbers, texts_kept)
+    unread = tuple(heading for heading in headings if heading in form.unread)
+    return Measurements(source, form.kinds, sizes, tuple(lines), numbers, texts_kept, unread)
 
 
 def record_faults(table: Measurements) -> Iterator[Fault]:
@@ -260,7 +276,7 @@ def unit_doubts(
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
-        hint = f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else ""
+        hint = f"; perhaps {heading} is in {' or '.join(meant)}" if meant else ""
         look = f"look at the units in the names of the columns{hint}"
         yield f"{words} is {f'{size:.5g} {unit}'.rstrip()}, {usual_sizes}: {look}"
 
@@ -275,6 +291,8 @@ def _places(
     columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
         column = known.get(heading)
+        if heading in form.unread:
+            continue
         if column is None:
             like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
             words = f"a column that is known{like}; known are {', '.join(known)}"

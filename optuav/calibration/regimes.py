@@ -210,11 +210,15 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
 
 
 def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:
-    """Rows all of whose values are known, and sentences on the others; charging may be at −1 A."""
+    """Rows all of whose values are known, and sentences on the others.
+
+    In the laser's light the current may be −1 A and the power −1 W.
+    """
     known, sentences = np.ones(len(log.lines), bool), list[str]()
     charging = np.array(log.texts.get("phase", [""] * len(known))) == "charge"
     for column in filter(log.numbers.__contains__, csv.UNKNOWN):
-        rows = log.unknown(column) & ~(charging & (log.numbers[column] < 0.0))
+        measured = charging & (log.numbers[column] < 0.0) & (column in ("current", "power"))
+        rows = log.unknown(column) & ~measured
         known &= ~rows
         sentences += log.left_out(column, rows)
     return known, sentences

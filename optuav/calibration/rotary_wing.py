@@ -19,12 +19,14 @@ LOG = csv.Format(
     {"speed": "speed", "power": "power"},
     least=LEAST_SPEEDS,
     also={"battery_power": ("power", "power")},
+    unread=("rotor_power_W", "current_A"),  # which `optuav power` shows beside the battery's power
 )
 KEYS = tuple(f"flight.{name}" for name in PowerCoefficients._fields)
 BLADES, LIFT, INDUCED, TIP, FUSELAGE = range(len(KEYS))  # places of the coefficients
 ORDER = (INDUCED, TIP, BLADES, LIFT, FUSELAGE)  # in a fit: the last three enter linearly
 INDUCED_M_S, TIP_M_S = (0.1, 100.0), (1.0, 340.0)  # ranges; no tip is faster than sound
 STARTS = tuple(itertools.product(np.geomspace(0.5, 50.0, 10), np.geomspace(20.0, 330.0, 5)))
+AT_END = 1e-3  # relative distance to an end of a range that is none
 FASTEST = (1.0, 60.0, "m/s")  # usual largest speeds of a log, by least and most
 INDUCED_SPEED = (1.0, 12.0, "m/s")  # usual ones
 DISC_AREA = (3e-3, 100.0, "m2")  # usual areas of all rotors
@@ -48,7 +50,8 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
         ``parasite_W_s3_m3`` of [flight] for ``flight.model = "rotary-wing"``, with 95 % intervals
         by profile likelihood; tips are at most as fast as sound, 340 m/s. As the power is the
         battery's, ``flight.efficiency`` is 1 beside them. All five are stated, with a warning of
-        what the data do not determine: the power follows the log only with all of them.
+        those that the data do not determine: the power follows the log only with all of them. If
+        the data determine none, none is stated.
 
     Raises
     ------
@@ -72,19 +75,21 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     >>> [value.key for value in fitted.values][2:4]
     ['flight.induced_speed_m_s', 'flight.tip_speed_m_s']
     """
-    sources, tables = csv.read_all(files, [LOG], _checked)
+    sources, logs = csv.read_all(files, [LOG], _checked)
+    tables, left_out = zip(*logs, strict=True)
     parts = [(table.numbers["speed"], table.numbers["power"]) for table in tables]
     speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
     estimated = _estimate(speed, drawn_W)
     seen = "power", "W", drawn_W, drawn_W + estimated.residuals
     panel = curve(*seen, speed, "air speed $V$ [m/s]")
     of_columns = (words for table in tables for words in table.doubts())
-    doubts = dict.fromkeys([*of_columns, *_doubts(estimated, speed)])
+    doubts = dict.fromkeys(itertools.chain(*left_out, of_columns, _doubts(estimated, speed)))
     data = f"{len(speed)} points of steady level flight"
-    values = estimated.stated(f"fitted to {len(speed)} points", always=True)
+    values = estimated.stated(f"fitted to {len(speed)} points")
     found = Fit("rotary-wing", sources, data, values, (panel,), (*estimated.warnings, *doubts))
-    settings = {"flight.model": "rotary-wing", "flight.efficiency": 1.0}
-    return finished(replace(found, settings=settings, extends="relay-today"))
+    if found.changes:  # otherwise the mission keeps its own
+        found = replace(found, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
+    return finished(replace(found, extends="relay-today"))
 
 
 def _estimate(speed_m_s: Floats, drawn_W: Floats) -> Estimate:
@@ -104,7 +109,7 @@ def _estimate(speed_m_s: Floats, drawn_W: Floats) -> Estimate:
 
 
 def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
-    """Doubts about units: speeds of a steady flight, and rotors that no UAV has."""
+    """Doubts about units, about rotors that no UAV has, and about the power past the log."""
     fastest = float(np.max(speed_m_s))
     yield from csv.unit_doubts("the largest speed", fastest, "speed", "speed", FASTEST)
     if {KEYS[LIFT], KEYS[INDUCED]}.isdisjoint(estimated.undetermined):
@@ -114,12 +119,26 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
         area_m2 = lift_W / (2.0 * AIR_KG_M3 * induced_m_s**3)  # by P = F v and F = 2 ρ A v²
         words = "the area of the rotors that fits"
         yield from csv.unit_doubts(words, area_m2, "power", "power", DISC_AREA)
+    if len(estimated.undetermined) == len(KEYS):
+        return
+    if estimated.undetermined:
+        yield f"the power is unsure above {fastest:g} m/s, the largest speed of the log"
+    tip_m_s, (least, most) = float(estimated.values[TIP]), TIP_M_S
+    if min(abs(tip_m_s / end - 1.0) for end in TIP_M_S) < AT_END:
+        words = f"an end of its range, {least:g} to {most:g} m/s"
+        yield f"the tip speed that fits is {tip_m_s:.4g} m/s, {words}: it is no measurement"
 
 
-def _checked(table: csv.Measurements) -> csv.Measurements:
-    """A file with enough different speeds, none below 0, and powers above 0."""
-    speed, drawn_W = table.numbers["speed"], table.numbers["power"]
-    faults = [*table.faults(speed < 0.0, "speed", "0 or above")]
-    faults += table.faults(drawn_W <= 0.0, "power", "above 0")
-    refuse([*faults, *table.few("speed", LEAST_SPEEDS)])
-    return table
+def _checked(log: csv.Measurements) -> tuple[csv.Measurements, tuple[str, ...]]:
+    """The lines of known values, and sentences on the others.
+
+    With enough different speeds, none below 0, and powers above 0.
+    """
+    unknown = {column: log.unknown(column) for column in ("speed", "power")}
+    left_out = [*log.not_read()]
+    left_out += [words for column, rows in unknown.items() for words in log.left_out(column, rows)]
+    table = log.only(~np.any([*unknown.values()], axis=0))
+    faults = [*table.faults(table.numbers["speed"] < 0.0, "speed", "0 or above")]
+    faults += table.faults(table.numbers["power"] <= 0.0, "power", "above 0")
+    refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out)])
+    return table, tuple(left_out)

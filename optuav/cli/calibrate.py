@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -50,8 +51,10 @@ def calibrate(
             must_load(text, save)
         except InputError as error:
             name = shown(found.extends if extends is None else extends)
+            of_both = f"values from {', '.join(found.sources)} on top of {name}"
+            faults = (replace(fault, source=of_both) for fault in error.faults)
             words = "a mission on which these values load; nothing is written"
-            raise InputError([*error.faults, Fault("extends", name, words)]) from None
+            raise InputError([*faults, Fault("extends", name, words)]) from None
         write_text(save, text)
         written.append(save)
     if plot is not None and found.panels:

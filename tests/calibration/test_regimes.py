@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from itertools import accumulate
 from pathlib import Path
@@ -194,9 +195,7 @@ def test_wrong_units_are_doubted(tmp_path: Path) -> None:
         assert any(words in warning for warning in found.warnings), words
     rows = [f"{n},20,0.44,{'hover' if n < 30 else 'flight'}" for n in range(60)]
     file.write_text("\n".join(["time_s,current_A,power_W,phase", *rows]))
-    assert any(
-        "it may be kW that is meant" in words for words in optuav.fit_regimes([file]).warnings
-    )
+    assert any("perhaps power_W is in kW" in words for words in optuav.fit_regimes([file]).warnings)
     assert "# Warning: the largest current" in found.to_toml()
 
 
@@ -224,6 +223,8 @@ def with_unknown(
         ("current", "-0.01", "their current is -0.01 A, which means unknown"),
         ("current", "655.35", "their current is 655.35 A, which means unknown"),
         ("voltage", "65.535", "their voltage is 65.535 V, which means unknown"),
+        ("voltage", "-1", "their voltage is -1 V, which means unknown"),
+        ("voltage", "-0.001", "their voltage is -0.001 V, which means unknown"),
     ],
 )
 def test_values_that_mean_unknown_are_left_out_and_counted(
@@ -244,6 +245,24 @@ def test_a_voltage_of_65535_millivolts_is_unknown(tmp_path: Path) -> None:
     file.write_text("\n".join(["time_s,current_A,voltage_mV,phase", *rows[1:]]), "utf-8")
     found = optuav.fit_regimes([file])
     assert found.changes["flight.hover_power_W"] == pytest.approx(330.0, rel=0.005)
+
+
+@pytest.mark.parametrize("value", ["-1", "65535"])
+@pytest.mark.parametrize("column", ["current", "voltage"])
+def test_values_of_a_column_s_own_unit_are_unknown(column: str, value: str, tmp_path: Path) -> None:
+    """In mA and mV too, where they had made 7.5 A of 15 A, or refused the log."""
+    file = with_unknown(tmp_path / "log.csv", column, value, rest_A=5.0)
+    rows = [row.split(",") for row in file.read_text().splitlines()[1:]]
+    places = {"current": 1, "voltage": 2}.values()
+    for place, row in itertools.product(places, rows):
+        row[place] = row[place] if row[place] == value else f"{1e3 * float(row[place]):.6g}"
+    lines = ["time_s,current_mA,voltage_mV,phase", *map(",".join, rows)]
+    file.write_text("\n".join(lines), "utf-8")
+    found = optuav.fit_regimes([file])
+    assert found.changes["flight.hover_current_A"] == pytest.approx(15.0, rel=0.005)
+    assert found.changes["flight.hover_power_W"] == pytest.approx(330.0, rel=0.005)
+    (told,) = [words for words in found.warnings if "unknown" in words]
+    assert "100 of 500 lines are left out" in told
 
 
 def test_left_out_lines_weigh_as_before(tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ STEADY = ("0,168.9", "4,149.1", "8,129.9", "10,126.3", "12,127.2", "16,145.0", "
 def test_a_mission_that_would_not_load_is_not_written(
     kind: str, base: str, words: str, tmp_path: Path
 ) -> None:
-    """Exit code 2, every fault, the mission that it should extend, and no file."""
+    """Exit code 2, every fault with both that it comes from, the mission, and no file."""
     data, file = tmp_path / "data.csv", tmp_path / "new.toml"
     data.write_text("\n".join(["speed_m_s,power_W", *STEADY, "24,231.3"]), "utf-8")
     if kind == "regimes":
@@ -97,7 +97,7 @@ def test_a_mission_that_would_not_load_is_not_written(
     if kind == "rotor":
         data = DATA / "propeller.csv"
     told = refused("calibrate", kind, str(data), "--extends", base, "--save", str(file))
-    assert words in told
+    assert f"values from {data} on top of '{base}': {words}" in told
     assert f"--extends = '{base}': a mission on which these values load; nothing is written" in told
     assert not file.exists()
     assert run("calibrate", kind, str(data), "--extends", base).code == 0
