@@ -24,7 +24,7 @@ ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {
     "level_heights": "heights from levels",
     "assumed_heights": "assumed heights",
-    "unread": "heights or storeys that cannot be read",
+    "unread": "heights or storeys that cannot be read, or that contradict each other",
     "mended": "invalid outlines that were mended",
     "filled": "buildings whose courtyards count as built over",
     "from_ground": "buildings that begin above the ground (min_height), counted from the ground up",
@@ -56,7 +56,8 @@ class City:
         Name of every building: ``b`` and the number of the feature in the file, or a name of the
         file where it has no numbers; ``-2``, ``-3`` and so on for further parts.
     position_m
-        Where a UAV rests (building, 3) [m]: a point on the footprint, at the height of the roof.
+        Where a UAV rests (building, 3) [m]: a point on the footprint and in no courtyard, at the
+        height of the roof.
     footprints
         Polygons without holes (building) [m].
     origin
@@ -66,7 +67,7 @@ class City:
         that state none.
     unread
         Names of buildings whose file states a height or storeys that cannot be read, or that no
-        building has; `remarks` quotes them.
+        building has, or that do not begin below their roof; `remarks` quotes them.
     mended
         Names of buildings whose outline was invalid, as one that crosses itself.
     filled

@@ -21,7 +21,8 @@ from optuav.mission.messages import listed
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 ROOF = Range("m", gt=0, le=1200)  # No building is higher
 STOREYS = Range("-", gt=0, le=300)  # No building has more
-MORE_TAGS = ("roof:levels", "roof:height", "min_height", "building:min_level")
+BASES = ("min_height", "building:min_level")
+MORE_TAGS = ("roof:levels", "roof:height", *BASES)
 
 Quote = tuple[str, Any, Booleans]
 """A name, its values, and where they cannot be read."""
@@ -32,22 +33,24 @@ def heights(
 ) -> pd.DataFrame:
     """Return the height of the roof of each feature, and its source.
 
-    Columns: ``roof_m``, NaN where no height is known; ``of_levels``, the height follows from
-    storeys; ``raised``, the building begins above the ground; ``unread`` and ``of``, a value that
-    cannot be read, as a text, and its name.
+    Columns: ``roof_m``, NaN where no height is known, or one that is not above where the building
+    begins; ``stated_m``, the height also there; ``of_levels``, the height follows from storeys;
+    ``raised``, the building begins above the ground; ``unread`` and ``of``, a value that cannot be
+    read, as a text, and its name.
     """
     roof_m, quotes = _stated(frame, names["height"], factor)
     of_levels_m, more = _by_storeys(frame, names["levels"], level_height_m, factor)
     of_levels = np.isnan(roof_m) & ~np.isnan(of_levels_m)
     quotes += [(name, values, where & np.isnan(roof_m)) for name, values, where in more]
     roof_m = np.where(of_levels, of_levels_m, roof_m)
-    raised = np.zeros(len(frame), dtype=bool)
+    stated_m, raised = roof_m, np.zeros(len(frame), dtype=bool)
     for name, values, base_m in _bases(frame, level_height_m, factor):
         raised |= base_m > 0.0
-        quotes.append((name, values, (base_m > 0.0) & (roof_m <= base_m)))
+        quotes.insert(0, (name, values, (base_m > 0.0) & (roof_m <= base_m)))
         roof_m = np.where(roof_m <= base_m, math.nan, roof_m)
-    of_levels &= ~np.isnan(roof_m)
-    return _quoted(quotes, frame.index).assign(roof_m=roof_m, of_levels=of_levels, raised=raised)
+    return _quoted(quotes, frame.index).assign(
+        roof_m=roof_m, stated_m=stated_m, of_levels=of_levels, raised=raised
+    )
 
 
 def vertical_unit(crs: pyproj.CRS) -> tuple[float, str]:
@@ -57,14 +60,17 @@ def vertical_unit(crs: pyproj.CRS) -> tuple[float, str]:
     return (up[0].unit_conversion_factor, up[0].unit_name) if up else (1.0, "metre")
 
 
-def remarks_on(frame: Any, known: pd.DataFrame, factor: float | None) -> Iterator[str]:
+def remarks_on(frame: Any, known: pd.DataFrame, name: str, factor: float | None) -> Iterator[str]:
     """Yield sentences on the unit of solids, and on values that cannot be read."""
-    unit_m, unit = vertical_unit(frame.crs)
-    if SOLID in frame and factor is None and unit_m != 1.0:
-        yield f"heights of solids are in {unit}, of {unit_m:.6g} m, by the reference system"
-    quoted = dict.fromkeys(zip(known["of"], known["unread"], strict=True))
-    if texts_unread := [f"{name} = {value}" for name, value in quoted if name]:
-        yield f"cannot be read: {listed(texts_unread)}"
+    unit_m, source = _unit_of_solids(frame, name, factor)
+    if SOLID in frame and (factor is not None or unit_m != 1.0):
+        yield f"heights of solids are in units of {unit_m:.6g} m, by {source}"
+    quoted = dict.fromkeys(zip(known["of"], known["unread"], known["stated_m"], strict=True))
+    pairs = [(of, f"{of} = {value}", stated_m) for of, value, stated_m in quoted if of]
+    if unread := dict.fromkeys(words for of, words, _ in pairs if of not in BASES):
+        yield f"cannot be read: {listed([*unread])}"
+    if above := [f"{words}, roof at {high_m:.6g} m" for of, words, high_m in pairs if of in BASES]:
+        yield f"do not begin below their roof: {listed(above)}"
 
 
 def lengths_m(values: Any, factor: float | None) -> Floats:
@@ -78,10 +84,22 @@ def _stated(frame: Any, name: str, factor: float | None) -> tuple[Floats, list[Q
     roof_m, quotes = _within(lengths_m(values, factor), ROOF), list[Quote]()
     if SOLID in frame:
         own, high = name == OF_OPENSTREETMAP["height"], frame[SOLID].to_numpy()
-        solid_m = _within(high * (factor if factor and own else vertical_unit(frame.crs)[0]), ROOF)
+        solid_m = _within(high * _unit_of_solids(frame, name, factor)[0], ROOF)
         roof_m = np.where(np.isnan(solid_m) | ~(own | np.isnan(roof_m)), roof_m, solid_m)
         quotes.append((SOLID, frame[SOLID], (high > 0.0) & np.isnan(roof_m)))
     return roof_m, [*quotes, (name, values, np.isnan(roof_m))]
+
+
+def _unit_of_solids(frame: Any, name: str, factor: float | None) -> tuple[float, str]:
+    """The unit of solids [m], and what says so.
+
+    A vertical axis comes first; a factor is for solids only if no other column is named for it.
+    """
+    unit_m, unit = vertical_unit(frame.crs)
+    by_axis = any(axis.direction == "up" for axis in frame.crs.axis_info)
+    if factor is None or by_axis or name != OF_OPENSTREETMAP["height"]:
+        return unit_m, f"the {unit} of the reference system"
+    return factor, "the stated factor"
 
 
 def _by_storeys(
@@ -107,11 +125,9 @@ def _bases(
     frame: Any, level_height_m: float, factor: float | None
 ) -> tuple[tuple[str, Any, Floats], ...]:
     """Tags that state where a building begins above the ground, with their values in metres."""
-    height, level = tag(frame, "min_height"), tag(frame, "building:min_level")
-    return (
-        ("min_height", height, lengths_m(height, factor)),
-        ("building:min_level", level, parsed(level, storeys) * level_height_m),
-    )
+    height, level = (tag(frame, name) for name in BASES)
+    bases_m = lengths_m(height, factor), parsed(level, storeys) * level_height_m
+    return tuple(zip(BASES, (height, level), bases_m, strict=True))
 
 
 def _within(numbers: Floats, allowed: Range) -> Floats:

@@ -5,6 +5,7 @@ By the tags of OpenStreetMap: https://wiki.openstreetmap.org/wiki/Simple_3D_Buil
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import geopandas
@@ -18,6 +19,7 @@ from optuav.city.columns import affirmed, column, tag, texts
 
 MOST = 0.5  # Share of a part that lies in its outline
 LEFT = 0.1  # Least share of an outline that counts where its parts leave it free
+NARROW_DEG = 1e-9  # Width of holes that are too narrow to be cut, a tenth of a millimetre
 
 
 def built(frame: Any) -> tuple[Any, Any, Any]:
@@ -45,8 +47,8 @@ def in_place_of_outlines(town: Any) -> tuple[Any, Any, Any]:
     """Return the buildings by their parts, and the names of outlines: with parts, and too high.
 
     A part belongs to the outline that most of it lies in, and has its height if it states none. An
-    outline of parts is no building, but for what they leave free of it. If nothing is left, and it
-    states more height than all of its parts, it is too high.
+    outline of parts is no building, but for what they leave free of it, in pieces around them. If
+    nothing is left, and it states more height than all of its parts, it is too high.
     """
     shapes, is_part = town.geometry.to_numpy().copy(), town["part"].to_numpy()
     wholes, parts = np.flatnonzero(~is_part), np.flatnonzero(is_part)
@@ -73,7 +75,30 @@ def in_place_of_outlines(town: Any) -> tuple[Any, Any, Any]:
 
 
 def _left_free(outline: Any, parts: npt.NDArray[np.object_]) -> Any:
-    """The larger pieces of an outline that its parts leave free, or None."""
-    pieces = shapely.get_parts(shapely.difference(outline, shapely.union_all(parts)))
+    """The larger pieces of an outline that its parts leave free, cut open around parts, or None."""
+    taken = shapely.union_all(parts)
+    shapely.prepare(taken)
+    pieces = shapely.get_parts(shapely.difference(outline, taken))
     large = pieces[shapely.area(pieces) >= LEFT * outline.area]
-    return shapely.multipolygons(large) if len(large) else None
+    # No multipolygon: its polygons may not share edges.
+    return shapely.geometrycollections([*_cut(large, taken)]) if len(large) else None
+
+
+def _cut(pieces: npt.NDArray[np.object_], taken: Any) -> Iterator[Any]:
+    """Yield pieces, cut from south to north through every hole that parts make.
+
+    Footprints have no holes: uncut, a ring around a part would be built over, part and all.
+    """
+    for piece in pieces:
+        holes = np.asarray(shapely.polygons(shapely.get_rings(piece)[1:]))
+        ends = shapely.bounds(holes[shapely.intersects(taken, holes)]).reshape(-1, 4)
+        ends = ends[ends[:, 2] - ends[:, 0] > NARROW_DEG]
+        if not len(ends):
+            yield piece
+            continue
+        west, south, east, north = piece.bounds
+        middles = np.sort((ends[:, 0] + ends[:, 2]) / 2)
+        middle = middles[len(middles) // 2]
+        sides = shapely.box([west, middle], south, [middle, east], north)
+        halves = shapely.get_parts(shapely.intersection(piece, sides))
+        yield from _cut(halves[shapely.area(halves) > 0.0], taken)

@@ -16,7 +16,15 @@ import pandas as pd
 
 from optuav.arrays import Booleans
 from optuav.city.columns import SHORT, SOLID, TAGS, column, columns_of, names_in, spellings, texts
-from optuav.city.heights import MORE_TAGS, OF_OPENSTREETMAP, ROOF, STOREYS, lengths_m, vertical_unit
+from optuav.city.heights import (
+    BASES,
+    MORE_TAGS,
+    OF_OPENSTREETMAP,
+    ROOF,
+    STOREYS,
+    lengths_m,
+    vertical_unit,
+)
 from optuav.city.lengths import metres, parsed
 from optuav.errors import Fault
 from optuav.mission.files import label
@@ -63,10 +71,11 @@ def not_asked(
     for option in (option for option, name in named.items() if name is None):
         like = [name for name in names if _is_like(name, option)]
         if likely := [shown(name) for name in like if _states(column(bare, name))]:
-            nouns = "column" if len(likely) == 1 else "columns"
-            words = f"is missing for {len(bare)} of {counted(len(frame), 'building')}, and the "
-            words += f"{nouns} {listed(likely)} may state it: name the column by {option}; "
-            words += f"{shown(OF_OPENSTREETMAP[option])} leaves it out"
+            one = len(likely) == 1
+            words = f"is missing for {len(bare)} of {counted(len(frame), 'building')}, but the "
+            words += f"{'column' if one else 'columns'} {listed(likely)} may state it: name "
+            words += f"{'this column' if one else 'one of them'} by {option}, or name "
+            words += f"{shown(OF_OPENSTREETMAP[option])} to ignore {'it' if one else 'them'}"
             yield Fault(option, "", words, label(file))
 
 
@@ -114,10 +123,11 @@ def unknown_heights(
         return
     words = f"of {counted(len(known), 'building')} without a height; state default_height_m"
     yield Fault("", "", f"{len(unknown)} {words}", label(file))
-    for number, value, name in zip(unknown.index, unknown["unread"], unknown["of"], strict=True):
+    columns = (unknown[column] for column in ("unread", "of", "stated_m"))
+    for number, value, name, stated_m in zip(unknown.index, *columns, strict=True):
         words = HEIGHT_WORDS if name else "no height"
-        if name in MORE_TAGS:
-            words = "must be below the roof"
+        if name in BASES:
+            words = f"must be below the roof, at {stated_m:.6g} m"
         elif name == names["levels"]:
             words = STOREYS.words
         part = "" if name in ("", names["height"]) else f", {name}"

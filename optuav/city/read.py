@@ -73,7 +73,8 @@ def read(
         columns that are nearly named so are asked for where a height is missing.
     height_factor
         Metres per unit of heights that are numbers, 0 < x <= 1000 [m], 0.3048 for feet; by default
-        1, or the unit of the reference system for solids.
+        1. Solids are in the unit of the reference system; one without a vertical axis leaves it to
+        this factor, if no other column is named by `height`.
     levels
         Column or tag with the number of storeys, for buildings without a height; by default
         ``building:levels``, and asked for like `height`. Storeys or the height of the roof, by
@@ -81,7 +82,8 @@ def read(
     level_height_m
         Height of a storey, 0 < x <= 1e6 [m].
     default_height_m
-        Height of buildings that state neither, 0 < x <= 1e6 [m]; by default they are refused.
+        Height of buildings that state neither, 0 < x <= 1e6 [m]; by default they are refused, and
+        so are those that do not begin below their roof, which otherwise keep the roof they state.
     bbox
         West, south, east and north end of the part to read, longitudes and latitudes [deg]; the
         buildings that reach into it count. By default everything.
@@ -145,10 +147,11 @@ def read(
     refuse(not_asked(file, frame.loc[town.index], unknown, named))
     if default_height_m is None:
         refuse(unknown_heights(file, frame, town, names))
-    town = town.assign(assumed=unknown, roof_m=town["roof_m"].fillna(default_height_m or 0.0))
+    roof_m = town["roof_m"].fillna(town["stated_m"])  # Which no default replaces
+    town = town.assign(assumed=roof_m.isna(), roof_m=roof_m.fillna(default_height_m or 0.0))
     gone = {"by_parts": by_parts, "higher_outlines": too_high}
     gone |= {"underground": frame.index[buried], "not_built": not_built, "left_out": left_out}
-    remarks = (*remarks, *remarks_on(frame, town, height_factor))
+    remarks = (*remarks, *remarks_on(frame, town, names["height"], height_factor))
     origin = _origin(file, town, origin)
     return _city(file, town, origin, gone, remarks)
 
@@ -182,7 +185,7 @@ def _city(
     gone = gone | {"left_out": [*gone["left_out"], *lost]}
     return City(
         tuple(names),
-        np.column_stack([_points_on(footprints), roofs["roof_m"]]),
+        np.column_stack([_points_on(parts), roofs["roof_m"]]),
         footprints,
         (float(origin[0]), float(origin[1])),
         **{name: tuple(itertools.compress(names, where)) for name, where in noted.items()},
@@ -267,11 +270,11 @@ def _detailed(footprints: npt.NDArray[np.object_], names: Any, file: Path) -> It
         yield Fault(f"feature {names[k]}", "", words, label(file))
 
 
-def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
-    """A point on each polygon (polygon, 2) [m], rounded where it stays on it."""
-    exact = shapely.get_coordinates(shapely.point_on_surface(footprints))
+def _points_on(parts: npt.NDArray[np.object_]) -> Floats:
+    """A point on each polygon (polygon, 2) [m], in no courtyard, rounded where it stays on it."""
+    exact = shapely.get_coordinates(shapely.point_on_surface(parts))
     rounded = np.round(exact, DECIMALS)
-    return np.where(shapely.intersects_xy(footprints, *rounded.T)[:, None], rounded, exact)
+    return np.where(shapely.intersects_xy(parts, *rounded.T)[:, None], rounded, exact)
 
 
 def _names(index: Any, of: Integers) -> list[str]:

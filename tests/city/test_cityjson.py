@@ -356,7 +356,7 @@ OPENGIS = "http://www.opengis.net/def/crs"
 def test_heights_count_in_the_unit_of_their_axis(
     tmp_path: Path, system: str, unit_m: float, outline_m: float
 ) -> None:
-    """Of a plane alone, in that of the plane; a stated factor comes first."""
+    """Of a plane alone, in that of the plane; only there a stated factor comes first."""
     metadata = {"referenceSystem": system}
     grid = {"scale": [0.1, 0.1, 0.1], "translate": [980_000.0, 200_000.0, 0.0]}
     if outline_m == 1.0:
@@ -365,10 +365,13 @@ def test_heights_count_in_the_unit_of_their_axis(
     city = read(file)
     assert city.position_m[0, 2] == pytest.approx(10 * unit_m, rel=1e-12)
     assert shapely.area(city.footprints) == pytest.approx([100 * outline_m**2], rel=2e-3)
-    assert ("by the reference system" in "\n".join(city.notes())) == (unit_m != 1.0)
-    halved = read(file, height_factor=0.5)
-    assert halved.position_m[0, 2] == 5.0
-    assert "by the reference system" not in "\n".join(halved.notes())
+    words = f"heights of solids are in units of {unit_m:.6g} m, by the "
+    assert (words in "\n".join(city.notes())) == (unit_m != 1.0)
+    halved, by_axis = read(file, height_factor=0.5), system.count("EPSG") > 1 or "+" in system
+    assert halved.position_m[0, 2] == pytest.approx(10 * unit_m if by_axis else 5.0, rel=1e-12)
+    half = "heights of solids are in units of 0.5 m, by the stated factor"
+    assert (half in "\n".join(halved.notes())) == (not by_axis)
+    assert (words in "\n".join(halved.notes())) == by_axis
 
 
 def test_a_crs_that_is_stated_has_its_unit(tmp_path: Path) -> None:

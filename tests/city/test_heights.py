@@ -153,15 +153,20 @@ def test_storeys_of_a_roof_that_cannot_be_read_are_quoted(tmp_path: Path) -> Non
 
 
 def test_a_roof_is_not_below_the_lowest_floor(tmp_path: Path) -> None:
-    """`height` counts from the ground, also where a building begins above it."""
+    """`height` counts from the ground, also where a building begins above it.
+
+    A default replaces no height that can be read, and both heights are quoted.
+    """
     rows = [{"height": 30, "min_height": 24}, {"height": 3, "min_height": 24}]
     city = town(tmp_path, *rows, default_height_m=5.0)
-    assert city.position_m[:, 2].tolist() == [30.0, 5.0]
+    assert city.position_m[:, 2].tolist() == [30.0, 3.0]
     assert (city.from_ground, city.unread) == (("b0", "b1"), ("b1",))
-    assert "min_height = 24" in "\n".join(city.notes())
-    assert refusal(tmp_path, *rows)[1] == "feature 1, min_height = 24: must be below the roof"
+    assert city.assumed_heights == ()
+    assert "do not begin below their roof: min_height = 24, roof at 3 m" in [*city.notes()]
+    words = "feature 1, min_height = 24: must be below the roof, at 3 m"
+    assert refusal(tmp_path, *rows)[1] == words
     storeys = town(tmp_path, {"building:levels": 2, "building:min_level": 4}, default_height_m=5.0)
-    assert storeys.unread == ("b0",)
+    assert (storeys.unread, storeys.position_m[0, 2]) == (("b0",), 6.0)
 
 
 # Columns that are nearly named so
@@ -293,6 +298,15 @@ def test_a_column_in_feet_by_its_name_is_doubted(tmp_path: Path, name: str) -> N
     assert roofs(tmp_path, name, 35, height=name, height_factor=FOOT_M) == pytest.approx([10.668])
 
 
+def test_a_column_to_ignore_is_named_in_a_sentence(tmp_path: Path) -> None:
+    """The message says how to read the column, and how to do without it."""
+    (words,) = refusal(tmp_path, {"hoehe": 8}, default_height_m=5.0)
+    assert words == (
+        "height: is missing for 1 of 1 building, but the column 'hoehe' may state it: name this "
+        "column by height, or name 'height' to ignore it"
+    )
+
+
 def test_masks_and_kinds_of_numbers_are_read() -> None:
     """Columns of pandas with and without a value for what is missing."""
     shapes = [shapely.geometry.shape(square(50.0 * k)) for k in range(3)]
@@ -313,7 +327,12 @@ def test_a_default_beside_texts_says_what_it_replaced(tmp_path: Path) -> None:
     """Every value once, with the first buildings."""
     rows = [{"height": value} for value in ("3;4", "3;4", "~12", "9")]
     city = town(tmp_path, *rows, default_height_m=5.0)
-    assert "heights or storeys that cannot be read: 3 (b0, b1, b2)" in [*city.notes()]
+    assert (
+        "heights or storeys that cannot be read, or that contradict each other: 3 (b0, b1, b2)"
+        in [*city.notes()]
+    )
     assert "cannot be read: height = '3;4', height = '~12'" in [*city.notes()]
-    assert "  heights or storeys that cannot be read: 3" in repr(city)
+    assert "  heights or storeys that cannot be read, or that contradict each other: 3" in repr(
+        city
+    )
     assert json.dumps(city.unread) == '["b0", "b1", "b2"]'

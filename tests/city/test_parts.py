@@ -68,6 +68,39 @@ def test_what_parts_leave_free_keeps_its_height(tmp_path: Path) -> None:
     assert heights_m(city) == {"b1": 120.0}
 
 
+@pytest.mark.parametrize(("outline_m", "part_m"), [(60.0, 6.0), (9.0, 100.0)])
+def test_no_roof_is_over_a_part_or_inside_one(
+    tmp_path: Path, outline_m: float, part_m: float
+) -> None:
+    """Around a low atrium, or around a tower, the outline is cut open: no courtyard is filled."""
+    house, part = {**WHOLE, "height": outline_m}, {**PART, "height": part_m}
+    city = town(tmp_path, (house, square()), (part, box(5, 5, 15, 15)))
+    assert heights_m(city) == {"b0": outline_m, "b0-2": outline_m, "b1": part_m}
+    assert (city.filled, city.mended) == ((), ())
+    assert shapely.area(city.footprints) == pytest.approx([150, 150, 100], abs=0.5)
+    assert within(city) == [[0], [1], [2]]
+
+
+def test_an_outline_is_cut_around_each_of_its_parts(tmp_path: Path) -> None:
+    """Nine towers on one roof; its courtyard, away from the cuts, stays one that is built over."""
+    towers = [box(x, y, x + 2, y + 2) for x in (2, 9, 16) for y in (2, 9, 16)]
+    court = ring([(5, 5), (7, 5), (7, 7), (5, 7)])
+    house = polygon(ring(SQUARE), court)
+    features = [({**PART, "height": 30}, tower) for tower in towers]
+    city = town(tmp_path, ({**WHOLE, "height": 9}, house), *features)
+    assert sum(height_m == 30.0 for height_m in heights_m(city).values()) == 9
+    assert shapely.area(city.footprints).sum() == pytest.approx(400, abs=0.5)
+    assert shapely.area(shapely.union_all(city.footprints)) == pytest.approx(400, abs=0.5)
+    assert len(city.filled) == 1
+    assert within(city) == [[k] for k in range(len(city.names))]
+
+
+def within(city: City) -> list[list[int]]:
+    """The footprints that each resting place lies in."""
+    seen = [shapely.intersects_xy(city.footprints, *at_m[:2]) for at_m in city.position_m]
+    return [inside.nonzero()[0].tolist() for inside in seen]
+
+
 def test_an_outline_that_is_higher_than_its_parts_is_told(tmp_path: Path) -> None:
     """Its highest part may be missing, as a spire that nobody drew."""
     parts = ({**PART, "height": 9}, box(0, 0, 10, 20)), ({**PART, "height": 20}, square(0))

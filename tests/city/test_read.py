@@ -150,6 +150,14 @@ def test_courtyards_are_built_over(tmp_path: Path) -> None:
     assert shapely.area(city.footprints) == pytest.approx([400, 400], abs=0.5)
 
 
+def test_a_uav_rests_over_no_courtyard(tmp_path: Path) -> None:
+    """The roof is a ring 5 m wide, and its middle is in mid-air."""
+    court = ring([(5, 5), (15, 5), (15, 15), (5, 15)])
+    city = read(geojson(tmp_path, [(TALL, polygon(ring(SQUARE), court))]))
+    from_middle_m = city.position_m[0, :2] - shapely.get_coordinates(city.footprints[0].centroid)[0]
+    assert 5.0 < np.abs(from_middle_m).max() < 10.0
+
+
 def test_an_outline_that_crosses_itself_becomes_two(tmp_path: Path) -> None:
     """A bow-tie covers two triangles, half of its square together."""
     bow = polygon(ring([(0, 0), (20, 20), (20, 0), (0, 20)]))
@@ -350,7 +358,7 @@ def test_helsinki() -> None:
     assert "319 of 590 buildings without a height" in found[0]
     assert len(found) == 320
     city = read(file, default_height_m=12.0)
-    assert len(city.names) == 611
+    assert len(city.names) == 616
     height_m = dict(zip(city.names, city.position_m[:, 2].tolist(), strict=True))
     assert (height_m["b4198"], height_m["b5603"], height_m["b5606"]) == (18.0, 21.0, 12.0)
     assert shapely.is_valid(city.footprints).all()

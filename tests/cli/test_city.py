@@ -181,7 +181,7 @@ def test_helsinki_is_a_mission() -> None:
     options = [*words.split(), "--laser", "24.9443,60.1695,60", "--default-height-m", "12"]
     found = run("city", str(file), *options, warns=True)
     assert found.code == 0
-    assert "assumed heights: 326 (b5606, " in found.out
+    assert "assumed heights: 327 (b5606, " in found.out
 
 
 def test_an_answer_as_data(town: Path, tmp_path: Path) -> None:
@@ -245,7 +245,7 @@ def test_feet_and_near_columns_by_the_names_of_the_options(tmp_path: Path) -> No
     town, file = geojson(tmp_path, shapes), tmp_path / "town.toml"
     words = refused("city", str(town), *SITE, "--default-height-m", "9")
     assert "--height: is missing for 3 of 3 buildings" in words
-    assert "'HEIGHT_FT' may state it: name the column by --height" in words
+    assert "but the column 'HEIGHT_FT' may state it: name this column by --height, or " in words
     named = ["city", str(town), *SITE, "--default-height-m", "9", "--height", "HEIGHT_FT"]
     assert "--height-factor: is missing: numbers of 'HEIGHT_FT' seem to be in feet" in (
         refused(*named)
