@@ -315,14 +315,14 @@ def _reserve(
             kind, allowed = "state of charge", ""
             if not always:
                 kind, allowed = BELOW_RESERVE, "; allowed by limits.keep_soc = end"
-            words = f"{lands(phase.end.name)} with {_short(left, least)}{allowed}"
+            words = f"{lands(phase.end.name)} with {short_of(left, least)}{allowed}"
             yield FlightEvent(kind, phase.end_s, words, left, least, violation=always)
     if soc[-1] < least - TOLERANCE:
-        words = f"the mission ends with {_short(soc[-1], least)}"
+        words = f"the mission ends with {short_of(soc[-1], least)}"
         yield FlightEvent("state of charge", flown[-1].end_s, words, soc[-1], least)
 
 
-def _short(left: float, least: float) -> str:
+def short_of(left: float, least: float) -> str:
     """A charge below the reserve, with the digits that tell them apart."""
     for digits in range(1, 9):
         percent, reserve = (f"{round(100.0 * share, digits):.9g}" for share in (left, least))
