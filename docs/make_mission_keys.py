@@ -53,7 +53,7 @@ def rows(model: type[MissionSection], keys: Iterable[str]) -> Iterator[Row]:
         default = INSTEAD.get(key) or left_out(field)
         if model is Mission and key == "name":
             default = "the file's name"
-        yield key, model.descriptions()[key], allowed(model, key), default
+        yield key, " ".join(model.descriptions()[key].split()), allowed(model, key), default
 
 
 def left_out(field: FieldInfo) -> str:

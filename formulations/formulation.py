@@ -16,7 +16,7 @@ from formulations.soc import (
     AVAILABLE,
     LABELS,
     STAYS,
-    StepEnd,
+    landing_moments,
     soc_after,
     soc_on_landing,
     well_limits,
@@ -26,7 +26,7 @@ from optuav.errors import InputError, nearest
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import NotAffineError, affine
-from optuav.modelling.traversal import has_unknowns
+from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.options import Order, Perspective, Trajectory
 from optuav.physics.kibam import Stage
 
@@ -134,9 +134,8 @@ class Given(Quantities):
         """
         end = self.soc_end(hover, rest) >= self.min_soc
         model.subject_to(label, end, kind="state of charge")
-        for flight, landing in enumerate(self.landings, start=1):
+        for landing, moment in zip(self.landings, landing_moments(self.landings), strict=True):
             left = soc_on_landing(self, self.perspective, landing, hover, rest) >= self.min_soc
-            moment = StepEnd(flight, 0, "", True)
             model.subject_to(label, left, kind="state of charge", moment=moment)
 
     def keep_wells(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
@@ -173,7 +172,7 @@ class Formulation(ABC):
     ...         hover, rest = given.hover_and_rest(model)
     ...         model.minimise(rest)
     ...         model.subject_to("wanted hover", hover >= self.wanted_hover_s, unit="s")
-    ...         model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+    ...         given.keep_charge(model, "charge", hover, rest)
     ...         given.keep_wells(model, "charge", hover, rest)
     ...         given.keep_deadline(model, "deadline", hover, rest)
     >>> plan = optuav.solve("paper", LeastRest(700), perspective="battery")
@@ -212,12 +211,15 @@ class Formulation(ABC):
         Raises
         ------
         InputError
-            If no unknown or no objective is declared, or the perspective is `available` and
-            `given.keep_wells` is not called.
+            If no unknown or no objective is declared, the perspective is `available` and
+            `given.keep_wells` is not called, or a problem of a user keeps the reserve at the end
+            alone where the mission says ``limits.keep_soc = "always"``.
         """
         if type(self).__module__.partition(".")[0] != __package__:
             # A problem of a user may look at numbers, so that it is declared each time.
-            return _declared(self, Given.of(quantities, perspective)), {}
+            model = _declared(self, Given.of(quantities, perspective))
+            _must_keep_landings(self, model, len(quantities.landings))
+            return model, {}
         values = {quantity.name: getattr(quantities, quantity.name) for quantity in QUANTITIES}
         stated = tuple(name for name, value in values.items() if value is not None)
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
@@ -248,6 +250,7 @@ def named_landings(landings: Sequence[Landing], suffix: str = "") -> tuple[Landi
 
 
 NAN = math.nan  # One object, as NaN is equal to itself by identity alone
+RESERVE = "limits.min_soc"  # Key of the charge that must be left
 FLOWN = Stage(NAN, NAN)  # A stage of flight in a pattern
 
 
@@ -287,6 +290,16 @@ def _declared(formulation: Formulation, given: Given) -> Model:
     if open_ := [variable for variable in model.variables if variable.name in names]:
         model.prefer_small(reduce(operator.add, open_))
     return model
+
+
+def _must_keep_landings(formulation: Formulation, model: Model, count: int) -> None:
+    """Refuse a model that keeps the reserve at the end, and not at as many landings as well."""
+    known = (leaves(*constraint.relation.sides) for constraint in model.constraints)
+    kept = sum(any(getattr(leaf, "key", "") == RESERVE for leaf in of_one) for of_one in known)
+    if 0 < kept <= count:
+        call = "call given.keep_charge(model, label, hover, rest) in declare"
+        words = f"{formulation.name} keeps the reserve at the end only, not at landings: {call}"
+        raise InputError(f"{words}, or state limits.keep_soc = 'end'")
 
 
 def _decided(goal: Operand) -> Iterable[str]:

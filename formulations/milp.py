@@ -27,7 +27,7 @@ import numpy as np
 from formulations.formulation import Given, named_landings
 from formulations.p1 import state_limits
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import STAYS, soc_on_landing
+from formulations.soc import STAYS, landing_moments, soc_on_landing
 from optuav.modelling import Expression, Model, Parameter, Variable, affine
 from optuav.modelling.expression import Indexed, Operand, PartedLabel, Relation, Sense
 from optuav.options import Perspective
@@ -143,9 +143,9 @@ def _rows(option: _Option) -> Iterator[_Row]:
     least_s, most_s = route.hover_s
     charge = given.min_soc, "1", "state of charge"
     yield _Row("P1.b state of charge", given.soc_end, ">=", *charge)
-    for number, landing in enumerate(given.landings, start=1):
+    for landing, moment in zip(given.landings, landing_moments(given.landings), strict=True):
         left = partial(soc_on_landing, given, given.perspective, landing)
-        yield _Row(f"P1.b state of charge after flight {number}", left, ">=", *charge)
+        yield _Row(f"P1.b state of charge {moment}", left, ">=", *charge)
     if math.isinf(most_s):
         left = given.time_left
         yield _Row("P1.d hover time", lambda h, r: h + r, "<=", left, "s", "deadline")

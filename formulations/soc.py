@@ -199,25 +199,39 @@ LABELS = {"dry": "not dry", "past full": "not past full"}
 """Names of the limits of the available well, by kind."""
 
 
+AHEAD = {"hover": "on reaching the hover point", "rest": "on landing at the building"}
+"""The end of a leg, by the stay that follows."""
+
+
 class StepEnd(NamedTuple):
     """The end of a step of an itinerary."""
 
     flight: int  # Number of the flight, from 1; of the one before where the step is a stay
-    stage: int  # Number of the stage in its flight, from 1; 0 for a stay or the whole flight
+    stage: int  # Number of the stage in its flight, from 1; 0 for a stay or a landing
     stay: str  # "hover" or "rest"; empty for a stage of flight
     lands: bool  # Whether a flight ends
+    ahead: str = ""  # The stay that follows a landing: "hover" or "rest"
 
     @property
     def parts(self) -> tuple[object, ...]:
         """Label, see `PartedLabel`."""
         if self.stay:
             return "after", "the", self.stay
-        if not self.stage:
-            return "after", "flight", self.flight
+        if self.ahead:
+            return (AHEAD[self.ahead],)
         return "after", "stage", self.stage, "of flight", self.flight
 
     def __str__(self) -> str:
         return PartedLabel(*self.parts)
+
+
+def landing_moments(landings: Sequence[Landing]) -> Iterator[StepEnd]:
+    """The moments of the landings of an itinerary with one hover and at most one rest."""
+    for flight, landing in enumerate(landings, start=1):
+        ahead = "rest" if "hover" in landing.stays else "hover"
+        if flight < len(landings):
+            ahead = landings[flight].stays[-1]
+        yield StepEnd(flight, 0, "", True, ahead)
 
 
 class WellLimit(NamedTuple):

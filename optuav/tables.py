@@ -58,7 +58,8 @@ class Limits(MissionSection):
     min_soc: Annotated[float, Range("-", ge=0, lt=1)]
     """State of charge η0 that must be left at the end [-], or always, see `keep_soc`."""
     keep_soc: Annotated[KeepSoc, _KEEP_SOC] = "end"
-    """When η0 must be left: "end", as in the paper, or "always", at the end of every leg."""
+    """When η0 must be left: "end", as in the paper, or "always", at the end of every leg;
+    return, coverage, event and horizon keep it at landings in any case."""
     slot_s: Slot = 1.0
     """Length of a time slot of the grid [s]."""
     outage_probability: Annotated[float, Range("-", ge=1e-12, lt=1)]

@@ -13,9 +13,10 @@ References
 
 import math
 import os
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import compress
+from itertools import chain, compress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -33,6 +34,8 @@ Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 FINEST = 1e-9  # least relative distance of an end from its value that decides on digits
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth
+SURE = "95 %"  # the same in words
+WIDTH = 98  # letters of a comment
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
 CLOSE = 1e-12  # tolerances of a fit
 MOST_STEPS = 100  # of a fit; a few tens do where the data determine all
@@ -79,7 +82,7 @@ class Value:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
         entry = _entry(self.key.partition(".")[2], rounded(self.value))
         if self.determined:
-            yield _remark(f"; {CONFIDENCE:.0%}: ".join([self.origin, *self.written(" to ")[1:]]))
+            yield _remark(f"; {SURE}: ".join([self.origin, *self.written(" to ")[1:]]))
         else:
             beside = "; it holds beside the other fitted values only" if self.stated else ""
             yield _remark(f"{self.origin}; the data do not determine it{beside}")
@@ -202,7 +205,7 @@ class Fit:
     def _repr_html_(self) -> str:
         from optuav import markup
 
-        heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
+        heads = ("key", "value", f"{SURE} interval", "where it comes from")
         rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.rows]
         loose = [number for number, each in enumerate(self.rows) if not each.determined]
         head = markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings)
@@ -236,9 +239,9 @@ class Fit:
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
         names = ", ".join(Path(source).name for source in self.sources)
         remarks = [f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."]
-        remarks += [f"{CONFIDENCE:.0%}: {self.lag_words}."] * bool(self.lag_words)
-        warnings = (f"Warning: {words}" for words in self.warnings)
-        lines = [*map(_remark, (*remarks, *warnings)), ""]
+        remarks += [f"{SURE}: {self.lag_words}."] * bool(self.lag_words)
+        remarks += [f"Warning: {words}" for words in self.warnings]
+        lines = [*chain.from_iterable(map(_wrapped, remarks)), ""]
         lines += [_entry("schema", SCHEMA), _entry("extends", base)]
         entries: dict[str, list[str]] = {}
         for key, value in self.settings.items():
@@ -380,6 +383,11 @@ def rounded(value: float) -> float:
 def _remark(words: str) -> str:
     """A comment in TOML, which ends where its line does."""
     return f"# {printable(words)}"
+
+
+def _wrapped(words: str) -> list[str]:
+    """Comments in TOML, no longer than a line."""
+    return [*map(_remark, textwrap.wrap(printable(words), WIDTH))]
 
 
 def _entry(key: str, value: object) -> str:

@@ -69,7 +69,9 @@ MARGIN = 0.01  # share of the capacity that is taken off so that no lifetime is 
 DIRECTIONS = np.array([*itertools.product((-1.0, 0.0, 1.0), repeat=3)])
 """Directions of log B, logit ω and log L in which the edge of a region is looked for."""
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
-NO_RATE = "not how fast it builds up: a load with pauses of 30 to 120 s would"
+NO_RATE = "not how fast it builds up{}: a load with pauses of 30 to 120 s would"
+ASSUMED = f" (1/k' = {SETTLING_S:g} s is assumed)"
+NOTHING = "nothing is determined: a mission keeps its own battery"
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
 LEAST_SENSITIVITY = 1e-6  # sensitivity at the least ω; below it the available well would fill up
 
@@ -211,7 +213,10 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
     warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
     if lag.determined and (estimated.undetermined or estimated.unsure or wells.settled):
         ends = " – ".join(f"{end:.3g}" for end in lag.interval or ())
-        warnings = [f"the data determine the lag, {lag.value:.3g} s ({ends}), and {NO_RATE}"]
+        no_rate = NO_RATE.format(ASSUMED if wells.settled else "")
+        warnings = [f"the data determine the lag, {lag.value:.3g} s ({ends}), and {no_rate}"]
+    if not fitted[0].stated:
+        warnings.append(NOTHING)
     # A lifetime jumps over a whole pause where the capacity is a little less.
     less, more = (simulated(estimated.values, 1.0 + by) for by in (-JUMP, JUMP))
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
@@ -229,12 +234,13 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
             "each time"
         ]
-    elif never_longer:
+    elif never_longer and fitted[0].stated:
         factor = (1.0 - MARGIN) * _largest_factor(
             lambda factor: bool(np.all(simulated(estimated.values, factor) <= lifetimes_s))
         )
         words = f"never longer than measured, less {MARGIN:.0%}".replace("%", " %")
-        data, capacity, edge = f"{data}, {words}", fitted[0], ()
+        data, capacity = f"{data}, {words}", fitted[0]
+        edge = tuple({**battery, KEYS[0]: battery[KEYS[0]] * factor} for battery in edge)
         origin = f"{capacity.origin}, {words}"
         size_As = capacity.value * factor
         fitted[0] = replace(capacity, value=size_As, origin=origin, interval=None)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from optuav.cli.output import check_places, command, deliver
-from optuav.errors import Fault, InputError, shown
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, shown
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 40  # Observations that are listed one by one
 LONGEST = 30  # Letters of a name or of an interval
+NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
+"""Names of values that are no keys of a mission."""
 Kind = Literal["kibam", "regimes", "rotor", "rotary-wing", "table"]
 
 
@@ -35,7 +38,7 @@ def calibrate(
 
     base = None if extends is None else load(extends)  # refused before the work
     if never_longer and kind != "kibam":
-        raise InputError([Fault("--never-longer", kind, "only with kibam")])
+        raise InputError([Fault("--never-longer", "", f"requires KIND kibam, not {kind}")])
     if save is not None:
         must_be_new(save)
     check_places(save, plot, ".toml", "")
@@ -43,14 +46,16 @@ def calibrate(
 
     options = {"never_longer": True} if never_longer else {}
     found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
-    hover_s = None if base is None or found.lag is None else _hover(found, base)
+    if extends is not None:
+        found = replace(found, extends=extends)
+    hover = None if base is None or found.lag is None else _hover(found, base)
     written = []
     if save is not None:
-        text = found.to_toml(extends, save)
+        text = found.to_toml(file=save)
         try:
             must_load(text, save)
         except InputError as error:
-            name = shown(found.extends if extends is None else extends)
+            name = shown(found.extends)
             of_both = f"values from {', '.join(found.sources)} on top of {name}"
             faults = (replace(fault, source=of_both) for fault in error.faults)
             words = "a mission on which these values load; nothing is written"
@@ -62,37 +67,43 @@ def calibrate(
 
         written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
     notes = [f"warning: {warning}" for warning in found.warnings]
-    if hover_s:
-        value, *ends = (f"{time_s:.1f}" for time_s in hover_s.values())
+    if isinstance(hover, str):
+        notes.append(f"{extends} with these values: {hover}")
+    elif hover:
+        value, *ends = (f"{time_s:.1f}" for time_s in hover.values())
         between = f", 95 % between {' and '.join(ends)} s" if ends else ""
         notes.append(f"{extends} hovers {value} s with these values{between}")
     if found.changes:
         pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
         notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
     deliver(
-        lambda: found.to_dict() | ({"hover_time_s": hover_s} if hover_s else {}),
+        lambda: found.to_dict() | ({"hover_time_s": hover} if isinstance(hover, dict) else {}),
         (*_found(found), *notes),
         as_json=as_json,
         written=written,
     )
 
 
-def _hover(found: Fit, mission: Mission) -> dict[str, float]:
+def _hover(found: Fit, mission: Mission) -> dict[str, float] | str | None:
     """Longest hover of a mission with the values, and its least and largest at the edge [s].
 
-    Empty if one of these missions cannot be loaded, or has no plan.
+    Without a plan, why; without one at the edge, no interval; None without values.
     """
     from optuav.solving import solve
 
+    def hovers(changes: Mapping[str, object]) -> float:
+        return solve(mission.replace(changes)).hover_time_s
+
     if not found.changes:
-        return {}
+        return None
     try:
-        changed = [mission.replace(changes) for changes in (found.changes, *found.edge)]
-    except InputError:
-        return {}
-    value, *ends = (solve(each).hover_time_s for each in changed)
-    hover_s = {"value": value, "low": min(ends), "high": max(ends)} if ends else {"value": value}
-    return hover_s if all(map(math.isfinite, (value, *ends))) else {}
+        hover_s = {"value": hovers(found.changes)}
+    except (InputError, NoPlanError, SolverError) as error:
+        return str(error)
+    with suppress(InputError, NoPlanError, SolverError):
+        if ends_s := [hovers(each) for each in found.edge]:
+            hover_s |= {"low": min(ends_s), "high": max(ends_s)}
+    return hover_s
 
 
 def _found(found: Fit) -> Iterator[str]:
@@ -102,7 +113,8 @@ def _found(found: Fit) -> Iterator[str]:
     yield f"{found.kind}: {found.data}"
     tables: dict[str, list[Sequence[str]]] = {}
     for value in found.rows:
-        name, _, key = value.key.partition(".") if "." in value.key else ("battery", "", value.key)
+        name, _, key = value.key.rpartition(".")
+        name, key = name or "battery", NOT_KEYS.get(key, key)
         row = value.written(" – ")
         if not value.determined:
             row = [row[0] if value.stated else "?", "not determined"]

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from formulations.soc import LABELS, StepEnd
-from optuav.diagnosis.findings import Findings
+from optuav.diagnosis.findings import ConstraintAtOptimum, Findings
 from optuav.mission import Mission
 from optuav.modelling import Constraint
 from optuav.modelling.check import evaluated
@@ -185,7 +185,8 @@ def binding(explained: Findings) -> str:
     tight = {side.kind for side in binding_sides}
     if not kinds:
         return ""
-    binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kind in tight)]
+    named = ((kind, side) for kind in NOUNS for side in binding_sides if side.kind == kind)
+    binds = [*dict.fromkeys(_landed(side) or NOUNS[kind] for kind, side in named)]
     own = [side for side in binding_sides if side.kind not in (*NOUNS, "bounds")]
     binds += dict.fromkeys(side.label for side in own)  # Constraints of a user's problem
     loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
@@ -198,6 +199,12 @@ def binding(explained: Findings) -> str:
     else:
         words = f"{loose[0]} does not bind" if loose else ""
     return _sentence(words)
+
+
+def _landed(side: ConstraintAtOptimum) -> str:
+    """The charge left at a landing that a limit holds there, in words; empty for another limit."""
+    left, _, where = side.words.partition("charge left ")
+    return f"{100.0 * side.right:.3g} % left {where}" if where and not left else ""
 
 
 def binding_moments(explained: Findings) -> str:

@@ -77,8 +77,11 @@ def sentence(explained: Findings, price: Price) -> str:
     more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
     if price.step != 1.0:
         more = f"{price.step:g} {unit}".rstrip() + " more"
-    landing = re.fullmatch(r"landing_(\d)_(As|J)", name(price))
-    noun = f"draw up to landing {landing[1]}" if landing else NOUNS.get(name(price))
+    noun = NOUNS.get(name(price))
+    if landing := re.fullmatch(r"landing_(\d)_(As|J)", name(price)):
+        flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]
+        place = flights[int(landing[1]) - 1].end_place
+        noun = f"draw up to the {'hover point' if place == 'hover' else f'landing at {place}'}"
     more = f"{more} of {f'the {noun}' if noun else name(price)}"
     more = "one more pack" if price.key == "battery.packs" else more
     less = f", as much less {change(price.loss)}" if price.has_kink else ""

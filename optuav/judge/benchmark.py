@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from optuav.judge.course import TOLERANCE
-from optuav.judge.replay import Replay, replay, same
+from optuav.judge.replay import Replay, replay, same, short_of
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
 from optuav.mission.files import parse_json, read_text
@@ -128,7 +128,7 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
             yield f"at {event.time_s:.2f} s {event.words}{event.figures}"
     left, least = found.soc.get(perspective, 1.0), found.mission.limits.min_soc
     if "state of charge" in IGNORED[perspective] and left < least - TOLERANCE:
-        yield f"too little charge is left at the end: {left:.6g}, at least {least:.6g}"
+        yield f"the mission ends with {short_of(left, least)}"
 
 
 def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator[str]:

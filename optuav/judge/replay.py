@@ -22,7 +22,7 @@ from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, plac
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
-from optuav.network.places import on_landing
+from optuav.network.places import lands
 from optuav.network.ways import way_limits_m
 from optuav.options import LONGEST_HOVER
 from optuav.physics import flight, link
@@ -312,16 +312,23 @@ def _reserve(
     least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
     for phase, left in zip(flown[:-1], soc[:-1], strict=True):
         if phase.kind == "flight" and left < least - TOLERANCE:
-            where = on_landing(phase.end.name)
-            if always:
-                words = f"too little charge is left {where}"
-                yield FlightEvent("state of charge", phase.end_s, words, left, least)
-            else:
-                words = f"limits.keep_soc = 'end' allows a low charge {where}"
-                yield FlightEvent(BELOW_RESERVE, phase.end_s, words, left, least, violation=False)
+            kind, allowed = "state of charge", ""
+            if not always:
+                kind, allowed = BELOW_RESERVE, "; allowed by limits.keep_soc = end"
+            words = f"{lands(phase.end.name)} with {short_of(left, least)}{allowed}"
+            yield FlightEvent(kind, phase.end_s, words, left, least, violation=always)
     if soc[-1] < least - TOLERANCE:
-        words = "too little charge is left at the end"
+        words = f"the mission ends with {short_of(soc[-1], least)}"
         yield FlightEvent("state of charge", flown[-1].end_s, words, soc[-1], least)
+
+
+def short_of(left: float, least: float) -> str:
+    """A charge below the reserve, with the digits that tell them apart."""
+    for digits in range(1, 9):
+        percent, reserve = (f"{round(100.0 * share, digits):.9g}" for share in (left, least))
+        if percent != reserve:
+            break
+    return f"{percent} % of the charge, below the reserve of {reserve} %"
 
 
 def _too_fast(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:

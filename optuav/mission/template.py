@@ -16,11 +16,11 @@ from optuav.mission.buildings import Buildings
 from optuav.mission.files import STANDARD, seen_from
 from optuav.mission.forms import SCHEMA
 from optuav.mission.load import load
-from optuav.mission.messages import allowed, shown
+from optuav.mission.messages import allowed, shown, unlisted
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.validation import StatedMission, breaches_of
-from optuav.options import BatteryName
-from optuav.physics.cells import CELLS
+from optuav.options import BATTERIES, BatteryName
+from optuav.physics.cells import CELLS, kind_of
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -50,6 +50,7 @@ LIFTED = "mass_kg", "payload_kg", *DISC
 
 def wells_of(battery: BatteryName) -> dict[str, float]:
     """The wells of a kind of cells, by dotted key."""
+    refuse(unlisted(("battery", battery, BATTERIES)))
     wells = CELLS[battery]
     return {
         "battery.available_fraction": wells.available_fraction,
@@ -100,15 +101,25 @@ def template(
 
 def _wells_remarks(battery: Any) -> Iterator[str]:
     """Lines of comment on wells that are those of a kind of cells."""
-    stated = battery.available_fraction, battery.flow_rate_per_s
-    for name, wells in CELLS.items():
-        if stated == (wells.available_fraction, wells.flow_rate_per_s):
-            words = (
-                f"Wells `{name}`: {wells.source}, to {wells.most_C:g} C. Lag (1−ω)²/k_F "
-                f"{wells.lag_s:.0f} s; over such cells {wells.lag_range}. Calibrate with your own "
-                "lifetimes: optuav calibrate kibam."
-            )
-            yield from (f"# {line}" for line in textwrap.wrap(words, width=98))
+    name = kind_of(battery.available_fraction, battery.flow_rate_per_s)
+    if name is None:
+        return
+    wells = CELLS[name]
+    fitted = behind = rated = ""
+    if wells.most_C is not None:
+        fitted = f", to {wells.most_C:g} C"
+        rated = "capacity_As is the rated charge of a pack, at 0.2 C until the cut-off. "
+    if wells.least_lag_s < wells.largest_lag_s:
+        behind = f"; over such cells {wells.least_lag_s:g} to {wells.largest_lag_s:g} s"
+    elif round(wells.lag_s) != wells.least_lag_s:
+        behind = (
+            f", chosen so as not to last longer; the one cell behind it {wells.least_lag_s:g} s"
+        )
+    words = (
+        f"Wells `{name}`: {wells.source}{fitted}. Lag (1−ω)²/k_F {wells.lag_s:.0f} s{behind}. "
+        f"{rated}Calibrate with your own lifetimes: optuav calibrate kibam."
+    )
+    yield from (f"# {line}" for line in textwrap.wrap(words, 98, break_on_hyphens=False))
 
 
 def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Figures and warnings that follow from a mission before any battery is simulated."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from optuav.network.timeline import stay_net
 from optuav.network.variants import stacked
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
-from optuav.physics.cells import CELLS
+from optuav.physics.cells import CELLS, TYPED, kind_of
 
 LARGEST_LAG_S = 400.0  # Lag of the wells above which they are doubted
 MOST_RADIO = 0.1  # Share of the hover's current above which a radio is doubted
@@ -114,6 +114,7 @@ def advice(mission: Mission) -> Iterator[str]:
         stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
         yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
     yield from _lag_doubt(mission)
+    yield from rate_doubt(mission, _draws(network))
     yield from _radio_doubt(mission)
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
@@ -122,15 +123,45 @@ def advice(mission: Mission) -> Iterator[str]:
 
 
 def _lag_doubt(mission: Mission) -> Iterator[str]:
-    """Doubt wells that leave more charge bound than those of any lithium cell."""
-    lag_s = float(mission.pool.lag_s)
-    if lag_s > LARGEST_LAG_S:
+    """Doubt wells that leave more charge bound than those of any lithium cell.
+
+    They leave at most (1−ω)B, however slowly it flows.
+    """
+    lag_s, hover_A = float(mission.pool.lag_s), float(vehicle.hover_load(mission).current_A)
+    bound_As = float(mission.pool.full.bound_As)
+    if lag_s > LARGEST_LAG_S and bound_As > CELLS["lipo"].least_lag_s * hover_A:
         size = f"of {lag_s:.0f} s" if mission.battery.flow_rate_per_s > 0.0 else "without end"
         usual = f"{CELLS['lipo'].least_lag_s:g} to {CELLS['liion'].largest_lag_s:g} s"
         yield (
             f"the wells have a lag (1−ω)²/k_F {size}, unlike any lithium cell at 25 °C ({usual}): "
             "optuav new --battery lipo writes wells of such cells"
         )
+
+
+def rate_doubt(mission: Mission, draws: Iterable[tuple[str, float]]) -> Iterator[str]:
+    """Doubt the largest of some draws [A] if the wells are of cells never drawn from so fast."""
+    battery = mission.battery
+    kind = kind_of(battery.available_fraction, battery.flow_rate_per_s)
+    most_C = None if kind is None else CELLS[kind].most_C
+    packs = 1 if battery.takes_turns else battery.packs
+    what, largest_A = max(draws, key=lambda draw: draw[1], default=("", 0.0))
+    rate_C = largest_A * 3600.0 / (packs * battery.capacity_As)
+    if most_C is not None and rate_C > most_C * (1.0 + TYPED):
+        yield (
+            f"{what} draws {largest_A:.4g} A, {rate_C:.3g} C, beyond the {most_C:g} C to which "
+            f"wells `{kind}` were fitted: nothing is promised there"
+        )
+
+
+def _draws(network: Network) -> Iterator[tuple[str, float]]:
+    """The largest draw of every leg that can be flown, and that of the hover [A]."""
+    legs, names = network.legs, network.places.names
+    hover_A = -float(stay_net(network, HOVER).current_A)
+    if math.isfinite(hover_A):
+        yield "the hover", hover_A
+    for leg in np.flatnonzero(legs.flyable).tolist():
+        way = f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]}"
+        yield way, max(-stage.current_A for stage in legs.stages_of(leg))
 
 
 def _radio_doubt(mission: Mission) -> Iterator[str]:

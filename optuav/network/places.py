@@ -31,6 +31,13 @@ def on_landing(place: str) -> str:
     return f"on landing at {'the ' * (place in ENDS)}{place}"
 
 
+def lands(place: str) -> str:
+    """Return in words that a leg to a place ends."""
+    if place == "hover":
+        return "reaches the hover point"
+    return f"lands at the {place}" if place in ENDS else f"lands on {place}"
+
+
 @dataclass(frozen=True)
 class Places:
     """Places by number: origin, hover, destination, then the buildings in the mission's order."""

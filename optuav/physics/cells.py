@@ -15,11 +15,14 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
 from optuav.options import BatteryName
 from optuav.physics.kibam import Battery
+
+TYPED = 1e-6  # Relative difference of a number that somebody typed
 
 
 class CellWells(NamedTuple):
@@ -32,7 +35,8 @@ class CellWells(NamedTuple):
     least_lag_s, largest_lag_s
         Lag of the cells behind them [s].
     most_C
-        Largest discharge rate to which they were fitted [1/h], a multiple of the rated charge.
+        Largest discharge rate to which they were fitted [1/h], a multiple of the rated charge; None
+        if unknown.
     source
         Cells and source, in words.
 
@@ -47,14 +51,8 @@ class CellWells(NamedTuple):
     flow_rate_per_s: float
     least_lag_s: float
     largest_lag_s: float
-    most_C: float
+    most_C: float | None
     source: str
-
-    @property
-    def lag_range(self) -> str:
-        """Lag of the cells behind them, in words."""
-        least_s, largest_s = self.least_lag_s, self.largest_lag_s
-        return f"{least_s:g} to {largest_s:g} s" if least_s < largest_s else f"{least_s:g} s"
 
     @property
     def lag_s(self) -> float:
@@ -70,7 +68,16 @@ CELLS: Mapping[BatteryName, CellWells] = {
         0.1, 0.0027, 341.0, 341.0, 2.0, "21700 energy cells by one published model, 25 °C"
     ),
     "paper": CellWells(
-        0.8, 4.5e-5, 889.0, 889.0, 2.0, "printed by Jaafar and Yanikomeroglu, like a NiMH cell"
+        0.8, 4.5e-5, 889.0, 889.0, None, "printed by Jaafar and Yanikomeroglu, like a NiMH cell"
     ),
 }
 """Wells by the name of `optuav new --battery`."""
+
+
+def kind_of(available_fraction: float, flow_rate_per_s: float) -> BatteryName | None:
+    """The kind of cells that has these wells, as somebody may type them; None of others."""
+    for name, wells in CELLS.items():
+        pairs = zip(wells[:2], (available_fraction, flow_rate_per_s), strict=True)
+        if all(math.isclose(*pair, rel_tol=TYPED) for pair in pairs):
+            return name
+    return None

@@ -15,6 +15,8 @@ from optuav.frames import DataFrame, frame, without_rounding
 Texts = npt.NDArray[np.str_]
 APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
 """Fields of a trace that are not columns of its table as they are."""
+STATED = "mismatch", "state of charge", "below reserve"
+"""Kinds of events whose words state value and limit."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,8 @@ class FlightEvent:
 
     @property
     def figures(self) -> str:
-        """Value and limit as text; empty without a value."""
-        if self.value is None or self.kind == "mismatch":
+        """Value and limit as text; empty without a value, and where the words state them."""
+        if self.value is None or self.kind in STATED:
             return ""
         if self.limit is None:
             return f": {self.value:.6g} {self.unit}"

@@ -31,6 +31,7 @@ FADED = 0.6  # Share of white over everything after the battery runs dry
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
 HATCH = "//////"
 MOST = 7  # Largest number of entries side by side in a legend
+SHORT = 0.02  # Share of the axis by which a mission ends before it, for a word beside its line
 CLOSE = 0.05  # Distance of two levels of charge that share a line of words, as a share of the axis
 COLOURS = (BLUE, PINK, SKY, DARK)  # Colours of the packs by number, repeated
 FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
@@ -142,8 +143,13 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     ax.plot(holds, [least_As, least_As], **style.limit("charge", cased=True))
     low, (_, high) = min(0.0, *total_As), style.margins([0.0, *total_As, full_As], 0.16, 0.0)
     ax.set(ylim=(low, high), ylabel="charge [A s]")
-    levels = {least_As: "to be kept: $η_0 B$", full_As: "full: $B$"}
-    if full_As - least_As < CLOSE * (high - low):
+    least, (_, right_s) = "to be kept: $η_0 B$", ax.get_xlim()
+    levels = {least_As: least, full_As: "full: $B$"}
+    if end_s < (1.0 - SHORT) * right_s:  # Beside the line, which ends with the mission
+        del levels[least_As]
+        beside: style.Look = {"xytext": (3.0, 0.0), "textcoords": "offset points", "va": "center"}
+        ax.annotate(least, (end_s, least_As), **beside)
+    elif full_As - least_As < CLOSE * (high - low):
         levels = {least_As: ", ".join(levels.values())}
     side = ax.secondary_yaxis("right")
     side.set_yticks([*levels], [*levels.values()])

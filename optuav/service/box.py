@@ -18,6 +18,7 @@ from optuav.mission import Mission
 from optuav.mission.files import read_toml
 from optuav.mission.messages import nearest, of_kind, path_of
 from optuav.network.variants import Columns
+from optuav.physics.cells import TYPED
 from optuav.physics.quantity import Quantity
 from optuav.studies.samples import Draws, Spread, independent, spreads, with_conversion, written
 
@@ -48,7 +49,7 @@ class Box(NamedTuple):
         return tuple(
             f"{name} = {now[name]:g} of the mission is not in {low:g} to {high:g}"
             for name, (low, high) in self.numbers.items()
-            if not low <= now[name] <= high
+            if not low - TYPED * abs(low) <= now[name] <= high + TYPED * abs(high)
         )
 
     @property

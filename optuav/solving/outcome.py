@@ -32,7 +32,7 @@ from optuav.modelling.declaration import Constraint
 from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.traversal import has_unknowns
 from optuav.network import vehicle
-from optuav.network.feasibility import impossibilities
+from optuav.network.feasibility import impossibilities, rate_doubt
 from optuav.network.graph import Graph
 from optuav.network.network import Network, network_by
 from optuav.network.one_stop import one_stop_is_enough
@@ -378,7 +378,16 @@ def replayed(plan: Plan, *, must_fly: bool = True) -> Plan:
     notes = (*plan.notes, *(f"{CANNOT}{words}" for words in untold))
     low = (event for event in simulated_plan.events if event.kind == BELOW_RESERVE)
     notes = (*notes, *(event.words + event.figures for event in low))
+    notes = (*notes, *rate_doubt(plan.mission, _draws(plan)))
     return plan.model_copy(update={"flyable": not events, "notes": notes})
+
+
+def _draws(plan: Plan) -> Iterator[tuple[str, float]]:
+    """The largest draw of every phase [A]."""
+    for phase in plan.phases:
+        way = phase.start_place, phase.end_place
+        what = f"the leg {' → '.join(way)}" if phase.kind == "flight" else f"the {phase.kind}"
+        yield what, max(-stage.current_A for stage in phase.stages)
 
 
 def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
@@ -458,7 +467,7 @@ def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
     route = best(hover_s, routes.flight_time_s + hover_s + rest_s, routes.building >= 0)
     if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
         return
-    note = "perspective battery, which checks only the charge left at the end, "
+    note = "perspective battery, which checks only charge, and not the wells, "
     here = "" if network.mission.route.hover_m is None else " at this hover point"
     note += f"promises {hover_s[route]:.2f} s of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))

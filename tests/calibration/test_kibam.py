@@ -262,7 +262,7 @@ def test_the_fragment_says_whose_loads_these_are(tmp_path: Path) -> None:
     """The capacity of a mission is that of one pack, and `paper` flies two."""
     text = optuav.fit_kibam([FILE]).to_toml()
     assert "# 8 discharges of one full pack." in text
-    remark = next(line for line in text.splitlines() if "8 discharges of one pack; 95%" in line)
+    remark = next(line for line in text.splitlines() if "8 discharges of one pack; 95 %" in line)
     assert text.partition(remark)[2].startswith("\ncapacity_As = ")
 
 
@@ -573,11 +573,11 @@ def test_constant_loads_state_the_lag_and_a_usable_pair() -> None:
     found = optuav.fit_kibam(LIPO)
     (words,) = found.warnings
     assert words == (
-        "the data determine the lag, 109 s (77.3 – 149), and not how fast it builds up: "
-        "a load with pauses of 30 to 120 s would"
+        "the data determine the lag, 109 s (77.3 – 149), and not how fast it builds up "
+        "(1/k' = 30 s is assumed): a load with pauses of 30 to 120 s would"
     )
     assert "# lag 109 s; settling 30 s assumed\navailable_fraction = 0.2151193" in found.to_toml()
-    assert "# 95%: lag 109 s (77.3 to 149)." in found.to_toml()
+    assert "# 95 %: lag 109 s (77.3 to 149)." in found.to_toml()
     assert found.to_frame().set_index("key").loc["lag_s", "value"] == pytest.approx(
         109.457, abs=1e-3
     )
@@ -659,6 +659,16 @@ def test_never_longer_is_never_longer(case: str, tmp_path: Path) -> None:
     assert longest >= 1.0 - 1e-4
     assert "never longer than measured, less 1 %" in found.data
     assert values["capacity_As"] < by_key(plain)["capacity_As"].value
+
+
+def test_never_longer_claims_nothing_where_nothing_is_determined(tmp_path: Path) -> None:
+    """Three equal loads: the same fit as without it, and no word of what it would promise."""
+    observed = [(f"{n}", [(20.0, 1e9)], 270.0 + n) for n in range(-1, 2)]
+    file = written(tmp_path / "equal.csv", observed)
+    plain, found = optuav.fit_kibam(file), optuav.fit_kibam(file, never_longer=True)
+    assert found == plain
+    assert found.changes == {}
+    assert "never longer" not in found.to_toml()
 
 
 def test_never_longer_takes_usual_wells_where_only_the_lag_is_known() -> None:

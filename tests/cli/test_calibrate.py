@@ -127,7 +127,43 @@ def test_a_battery_states_the_hover_of_the_mission_it_extends() -> None:
 
 def test_only_a_battery_is_never_longer() -> None:
     words = refused("calibrate", "rotor", str(DATA / "bench.csv"), "--never-longer")
-    assert "--never-longer = rotor: only with kibam" in words
+    assert "--never-longer: requires KIND kibam, not rotor" in words
+
+
+def test_a_mission_without_a_plan_does_not_cost_the_fit(tmp_path: Path) -> None:
+    """A cell of 0.07 Ah flies nothing: the values are printed and saved, and a line says why."""
+    data, file = tmp_path / "small.csv", tmp_path / "new.toml"
+    data.write_text("load,current_A,lifetime_s\na,0.25,729.6\nb,0.5,271.8\nc,0.1,2279.5\n")
+    arguments = "calibrate", "kibam", str(data), "--extends", "matrice350"
+    ran = run(*arguments, "--save", str(file))
+    assert ran.code == 0
+    assert "capacity_As                       259." in ran.out
+    assert "matrice350 with these values: there is no plan (infeasible): P1.b" in ran.out
+    assert optuav.load(file).battery.capacity_As == pytest.approx(259.0915)
+    told = json.loads(run(*arguments, "--json").out)
+    assert "hover_time_s" not in told
+    assert told["extends"] == "matrice350"
+
+
+def test_never_longer_has_an_edge_and_a_hover_with_its_interval() -> None:
+    """The edge of the plain fit, with as much less capacity as the fit itself."""
+    arguments = "calibrate", "kibam", str(DATA / "lipo.csv"), "--extends", "paper", "--json"
+    plain = json.loads(run(*arguments).out)
+    told = json.loads(run(*arguments, "--never-longer").out)
+    value, low, high = told["hover_time_s"].values()
+    assert low < value < high
+    by_key = {each["key"]: each["value"] for each in told["values"]}
+    least, most = (f(each["battery.capacity_As"] for each in told["edge"]) for f in (min, max))
+    assert least < by_key["battery.capacity_As"] < most
+    own = max(each["battery.capacity_As"] for each in plain["edge"])
+    assert most < 0.991 * own
+
+
+def test_the_lag_is_shown_as_no_key() -> None:
+    """It has a formula in place of a name that a mission would refuse."""
+    ran = run("calibrate", "kibam", str(DATA / "lipo.csv"))
+    assert "lag (1−ω)²/k_F [s], not a key" in ran.out
+    assert "lag_s" not in ran.out
 
 
 def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
@@ -138,6 +174,9 @@ def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
     assert ran.code == 0
     assert "not determined" in ran.out
     assert "warning: the data cannot tell" in ran.out
+    assert "warning: nothing is determined: a mission keeps its own battery" in ran.out
+    assert "# Warning: nothing is determined: a mission keeps" in file.read_text("utf-8")
+    assert max(map(len, file.read_text("utf-8").splitlines())) <= 100
     assert "--set" not in ran.out
     assert optuav.load(file).battery == optuav.load("paper").battery
 
@@ -148,7 +187,7 @@ def test_lifetimes_of_no_battery_leave_a_question_mark(tmp_path: Path) -> None:
     (tmp_path / "odd.csv").write_text("\n".join(rows), "utf-8")
     found = run("calibrate", "kibam", str(tmp_path / "odd.csv"))
     assert found.code == 0
-    assert "capacity_As             ?  not determined" in found.out
+    assert "capacity_As                        ?  not determined" in found.out
     assert "no kinetic battery lasts like that" in found.out + found.err
 
 

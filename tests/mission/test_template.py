@@ -17,6 +17,7 @@ from optuav.mission import Mission
 from optuav.mission.template import INSTEAD, Datasheet, RotorDatasheet, template
 from optuav.network.feasibility import advice
 from optuav.network.vehicle import hover_load
+from optuav.options import BATTERIES
 from tests.examples import few
 from tests.mission.strategies import NAMES, missions
 
@@ -148,6 +149,22 @@ def test_wells_are_those_of_lithium_unless_the_mission_has_others() -> None:
 def test_a_battery_without_wells_is_refused() -> None:
     with pytest.raises(optuav.InputError, match="battery = 'nimh'"):
         Datasheet(**KNOWN, battery="nimh")
+    with pytest.raises(optuav.InputError, match="battery = 'nimh': one of lipo, liion, paper"):
+        template(optuav.load("paper"), "mine", battery="nimh")  # type: ignore[arg-type]
+
+
+def test_the_comment_on_wells_says_what_is_known_and_no_more() -> None:
+    """To which rate, and what the capacity is, of cells; the paper states neither."""
+    said = dict[str, str]()
+    for name in BATTERIES:
+        text = template(optuav.load("paper"), "mine", battery=name)
+        said[name] = " ".join(text.partition("[battery]")[2].partition("# Number")[0].split("\n# "))
+    assert "25 °C, to 5 C. Lag (1−ω)²/k_F 120 s; over such cells 70 to 135 s." in said["lipo"]
+    words = "Lag (1−ω)²/k_F 300 s, chosen so as not to last longer; the one cell behind it 341 s."
+    assert words in said["liion"]
+    assert "like a NiMH cell. Lag (1−ω)²/k_F 889 s." in said["paper"]
+    for name, text in said.items():
+        assert ("rated charge" in text) == (name != "paper")
 
 
 @pytest.mark.parametrize("name", ["paper", "paper-table2", "paper-drag"])

@@ -283,3 +283,28 @@ def test_power_stated_in_a_graph_is_not_called_capped() -> None:
     for _, data in view.nodes(data=True):
         data["received_power_W"] = 1.0
     assert charging_cap(PAPER, edited_network(PAPER, view).places) is None
+
+
+LITHIUM = {"battery.available_fraction": 0.1, "battery.flow_rate_per_s": 0.0027}
+
+
+def test_more_current_than_wells_were_fitted_to_is_doubted() -> None:
+    """Energy cells, fitted to 2 C: 24.65 A of 11.76 Ah are 2.1 C; a typed flow rate is the same."""
+    dark = {"laser.power_W": 0.0, **LITHIUM}
+    mission = optuav.load("matrice350").replace(dark)
+    words = "beyond the 2 C to which wells `liion` were fitted: nothing is promised there"
+    (told,) = (each for each in advice(mission) if words in each)
+    assert told.startswith("the hover draws 24.65 A, 2.1 C, ")
+    assert told in optuav.solve(mission, "P3").notes
+    own = mission.replace({"battery.flow_rate_per_s": 0.0028})
+    slow = mission.replace({"flight.hover_current_A": 20.0, "flight.flight_current_A": 20.0})
+    for changed in (own, slow, optuav.load("matrice350"), PAPER):
+        assert not any("were fitted" in each for each in advice(changed))
+
+
+def test_wells_that_bind_hardly_any_charge_have_no_large_lag() -> None:
+    """ω of 0.999 leaves a thousandth of the charge, however slowly it flows; ω of 0.8 a fifth."""
+    slow = {"battery.flow_rate_per_s": 1.3875e-11}
+    for share, doubted in ((0.999, False), (0.8, True)):
+        mission = optuav.load("matrice350").replace({"battery.available_fraction": share, **slow})
+        assert any("wells have a lag" in each for each in advice(mission)) == doubted

@@ -219,6 +219,21 @@ def test_the_line_of_the_reserve_says_where_it_holds() -> None:
         assert begin_s == (0.0 if keep_soc == "always" else pytest.approx(0.94 * end_s))
 
 
+def test_the_word_for_the_reserve_stands_at_the_end_of_its_line(
+    overlaps: Callable[[Figure], list[tuple[str, str]]],
+) -> None:
+    """Of two plans the shorter one has it beside its own end, the longer one at the axis."""
+    relay = optuav.load("relay-today").replace({"limits.keep_soc": "end"})
+    pair = [optuav.solve(relay), optuav.solve(relay, perspective="battery")]
+    short, _ = axes = plots.wells(pair)
+    words = "to be kept: $η_0 B$"
+    (word,) = (text for text in short.texts if text.get_text() == words)
+    assert word.xy[0] == pytest.approx(pair[0].mission_time_s)  # type: ignore[attr-defined]
+    sides = [axis.child_axes[0].get_yticklabels() for axis in axes]
+    assert [words in [label.get_text() for label in side] for side in sides] == [False, True]
+    assert overlaps(short.figure) == []
+
+
 def test_a_landing_below_the_reserve_is_marked() -> None:
     """On b11 at 2430.10 s with 4.8 % of 42 336 A s, in orange; none where 20 % are kept."""
     relay = optuav.load("relay-today")

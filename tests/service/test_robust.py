@@ -345,3 +345,12 @@ def test_bad_input(tmp_path: Path) -> None:
     many |= {"limits.min_soc": {"percent": 1}}
     with pytest.raises(InputError, match="corners"):
         optuav.robust("paper", many)
+
+
+def test_a_number_that_was_typed_lies_in_its_box() -> None:
+    """0.16/30 is no decimal: seven digits of it are its own, and one of the third is not."""
+    mission = optuav.load("matrice350")
+    for high, outside in ((0.005333333, False), (0.00533, True)):
+        box = {"battery.flow_rate_per_s": {"low": 0.00444444, "high": high}}
+        found = optuav.robust(mission, box, samples=100)
+        assert ("of the mission is not in" in str(found)) == outside

@@ -256,7 +256,8 @@ def test_the_judge_finds_a_landing_below_the_reserve(perspective: Any) -> None:
         assert [event.kind for event in events if event.kind not in wells] == broken
         for event in events:
             if event.kind == "state of charge":
-                assert "on landing at b9" in event.words
+                words = "lands on b9 with 29.9999 % of the charge, below the reserve of 30 %"
+                assert event.words + event.figures == words
                 assert event.value == pytest.approx(0.3 - 1e-6, abs=1e-9)
 
 
@@ -266,7 +267,10 @@ def test_a_landing_below_the_reserve_is_told_where_it_is_allowed() -> None:
     replayed = optuav.replay(optuav.solve(mission, optuav.P4("b9", order="hover-first")))
     assert replayed.flyable
     (event,) = (event for event in replayed.events if event.kind == "below reserve")
-    assert "on landing at b9" in event.words
+    assert event.words + event.figures == (
+        f"lands on b9 with {100 * event.value:.1f} % of the charge, below the reserve of 20 %; "
+        "allowed by limits.keep_soc = end"
+    )
 
 
 @pytest.mark.parametrize("schedule", ["sequential", "round-robin", "most-available"])
@@ -323,3 +327,54 @@ def test_every_pair_of_stops_and_hovers_keeps_it() -> None:
         )
         assert always.flyable
         assert always.hover_time_s <= end.hover_time_s + 1e-6
+
+
+class KeptAtTheEnd(optuav.Formulation):
+    """Longest hover that keeps the reserve at the end, and both wells."""
+
+    def declare(self, model: Any, given: Any) -> None:
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        self.keep(model, given, hover, rest)
+        given.keep_wells(model, "wells", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+    def keep(self, model: Any, given: Any, hover: Any, rest: Any) -> None:
+        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+
+
+class Kept(KeptAtTheEnd):
+    """The same with the reserve wherever the mission wants it."""
+
+    def keep(self, model: Any, given: Any, hover: Any, rest: Any) -> None:
+        given.keep_charge(model, "charge", hover, rest)
+
+
+def test_a_problem_of_ones_own_that_forgets_the_landings_is_refused() -> None:
+    """Its plan would land too low; with `keep_charge` it is (P1), with "end" it may."""
+    relay = optuav.load("relay-today")
+    words = (
+        r"KeptAtTheEnd keeps the reserve at the end only, not at landings: call given\.keep_charge"
+    )
+    for perspective in ("available", "battery"):
+        with pytest.raises(optuav.InputError, match=words):
+            optuav.solve(relay, KeptAtTheEnd(), perspective=perspective)
+    kept, end = optuav.solve(relay, Kept()), relay.replace({"limits.keep_soc": "end"})
+    assert kept.flyable
+    assert kept.hover_time_s == pytest.approx(1993.892, abs=1e-2)
+    assert optuav.solve(end, KeptAtTheEnd()).hover_time_s == pytest.approx(2385.803, abs=1e-2)
+
+
+def test_landings_are_named_by_their_places() -> None:
+    """In what binds, in prices and in the mathematics, never by the number of a flight."""
+    told = str(optuav.explain("relay-today"))
+    assert "Charge and 20 % left on landing at b11 bind." in told
+    assert "of the draw up to the landing at b11 costs" in told
+    mission = optuav.load("relay-today")
+    text = str(optuav.formulate(mission, optuav.P4("b11", order="hover-first")))
+    first, second = (
+        text.index(f"P4.a state of charge {where}")
+        for where in ("on reaching the hover point", "on landing at the building")
+    )
+    assert first < second
+    assert "flight 1" not in text.partition("P4.a available")[0]
