@@ -71,7 +71,8 @@ CROWDED = """() => {
   }
   return found;
 }"""
-CUT = """() => [...document.querySelectorAll("figcaption > *, header p, .row label, .foot, .foot span")]
+CUT = """() => [...document.querySelectorAll(
+    "figcaption > *, header p, .row label, .foot, .foot span")]
   .filter((each) => each.checkVisibility() && each.scrollWidth > each.clientWidth + 1
     && getComputedStyle(each).display !== "inline")
   .map((each) => each.textContent)"""
