@@ -77,7 +77,9 @@ def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
         if key not in known:
-            yield Fault(key, "", f"{words}{nearest(key, known)}")
+            # Components of a vector are all alike: the first is suggested
+            alike = [name for name in known if "[" in key or not name.endswith(("[1]", "[2]"))]
+            yield Fault(key, "", f"{words}{nearest(key, alike)}")
 
 
 def homeless_keys(mission: Mission, keys: Collection[str]) -> Iterator[Fault]:

@@ -109,7 +109,7 @@ class ReturnTimes(Result):
         yield Heading(f"When to leave the hover point: {printable(self.mission.name)}")
         drawn = f"draws {self.hover_current_A:.4g} A from the battery"
         drawn += f"; the laser gives {self.received_current_A:.4g} A"
-        wells = f"y1 = {self.available_As:.1f} A s, y2 = {self.bound_As:.1f} A s"
+        wells = f"y1 = {self.available_As:z.1f} A s, y2 = {self.bound_As:z.1f} A s"
         facts = [("On arrival", wells), ("Hovering", drawn)]
         yield Facts([*facts, *calm_facts(self.in_calm_air)])
         first, *others = self.rows
