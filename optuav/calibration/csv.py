@@ -260,7 +260,7 @@ def unit_doubts(
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
-        hint = f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else ""
+        hint = f"; perhaps the unit of {heading} is {' or '.join(meant)}" if meant else ""
         look = f"look at the units in the names of the columns{hint}"
         yield f"{words} is {f'{size:.5g} {unit}'.rstrip()}, {usual_sizes}: {look}"
 

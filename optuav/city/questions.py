@@ -64,9 +64,9 @@ def not_asked(
         like = [name for name in names if _is_like(name, option)]
         if likely := [shown(name) for name in like if _states(column(bare, name))]:
             nouns = "column" if len(likely) == 1 else "columns"
-            words = f"is missing for {len(bare)} of {counted(len(frame), 'building')}, and the "
-            words += f"{nouns} {listed(likely)} may state it: name the column by {option}; "
-            words += f"{shown(OF_OPENSTREETMAP[option])} leaves it out"
+            words = f"is missing for {len(bare)} of {counted(len(frame), 'building')}, but the "
+            words += f"{nouns} {listed(likely)} may hold it: name the column by {option}, "
+            words += f"or name {shown(OF_OPENSTREETMAP[option])} to ignore it"
             yield Fault(option, "", words, label(file))
 
 

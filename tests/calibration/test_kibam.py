@@ -255,7 +255,7 @@ def test_minutes_under_seconds_are_doubted(tmp_path: Path) -> None:
     file.write_text(text, "utf-8")
     (words,) = optuav.fit_kibam([file]).warnings
     assert words.startswith("the shortest lifetime is 4.53 s, where a UAV has 60 to 1e6 s")
-    assert words.endswith("under lifetime_s it may be min or h that is meant")
+    assert words.endswith("perhaps the unit of lifetime_s is min or h")
 
 
 def test_the_fragment_says_whose_loads_these_are(tmp_path: Path) -> None:

@@ -183,11 +183,11 @@ def test_optimum_and_ends_are_those_of_the_profile_likelihood(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("scale", "speeds", "told"),
     [
-        (1e-3, 1.0, ["the largest power is 0.24", "it may be kW that is meant"]),
+        (1e-3, 1.0, ["the largest power is 0.24", " is kW"]),
         (
             1e3,
             1.0,
-            ["the area of the rotors that fits", "under power_W it may be mW that is meant"],
+            ["the area of the rotors that fits", "perhaps the unit of power_W is mW"],
         ),
         (
             1.0,
@@ -195,7 +195,7 @@ def test_optimum_and_ends_are_those_of_the_profile_likelihood(tmp_path: Path) ->
             [
                 "the largest speed is 90 m/s, where a UAV has 1 to 60 m/s",
                 "the induced speed that fits is 14.",
-                "under speed_m_s it may be km_h that is meant",
+                "perhaps the unit of speed_m_s is km_h",
             ],
         ),
     ],

@@ -188,7 +188,7 @@ def test_grams_under_newtons_are_doubted(tmp_path: Path) -> None:
     file.write_text(text, "utf-8")
     (words,) = optuav.fit_rotor([file]).warnings
     assert words.startswith("the thrust per power is 0.99712 N/W, where")
-    assert words.endswith("under thrust_N it may be g that is meant")
+    assert words.endswith("perhaps the unit of thrust_N is g")
 
 
 SHEET = "thrust_coefficient,torque_coefficient,radius_m,air_density_kg_m3"
@@ -202,7 +202,7 @@ def test_sizes_of_data_that_no_rotor_has_are_doubted(tmp_path: Path) -> None:
     density, resistance, merit = optuav.fit_rotor([file]).warnings
     assert merit.startswith("the figure of merit")
     assert density.startswith("the largest air_density is 1225 kg/m3, where")
-    assert resistance.endswith("under resistance_ohm it may be mohm that is meant")
+    assert resistance.endswith("perhaps the unit of resistance_ohm is mohm")
 
 
 def sheet(path: Path, head: str, row: str) -> Path:
@@ -240,7 +240,7 @@ def test_coefficients_by_turns_and_diameter_under_others_are_doubted(
     """7.75 times the thrust; C_P as C_Q has a usual figure of merit, but C_T tells."""
     file = sheet(tmp_path / "a.csv", "thrust_coefficient,torque_coefficient", f"0.1092,{torque}")
     found = optuav.fit_rotor(file)
-    assert any("under thrust_coefficient it may be nD" in words for words in found.warnings)
+    assert any("perhaps the unit of thrust_coefficient is nD" in words for words in found.warnings)
     assert any("figure of merit" in words for words in found.warnings) == (torque == "0.00736")
 
 
@@ -279,7 +279,7 @@ def test_inches_under_metres_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"lift_coefficient_N_s2_rad2, .* = 383") as caught:
         optuav.fit_rotor([file])
     assert "the largest radius is 12 m" in str(caught.value)
-    assert "under radius_m it may be cm or mm or in that is meant" in str(caught.value)
+    assert "perhaps the unit of radius_m is cm or mm or in" in str(caught.value)
     file.write_text(f"{SHEET.replace('radius_m', 'radius_in')}\n0.0048,2.35e-4,6,1.225\n")
     lift = optuav.fit_rotor([file]).changes["rotor.lift_coefficient_N_s2_rad2"]
     assert lift == pytest.approx(0.0048 * 1.225 * 3.14159265 * 0.1524**4, rel=1e-6)

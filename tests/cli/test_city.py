@@ -248,7 +248,7 @@ def test_feet_and_near_columns_by_the_names_of_the_options(tmp_path: Path) -> No
     town, file = geojson(tmp_path, shapes), tmp_path / "town.toml"
     words = refused("city", str(town), *SITE, "--default-height-m", "9")
     assert "--height: is missing for 3 of 3 buildings" in words
-    assert "'HEIGHT_FT' may state it: name the column by --height" in words
+    assert "'HEIGHT_FT' may hold it: name the column by --height, or" in words
     named = ["city", str(town), *SITE, "--default-height-m", "9", "--height", "HEIGHT_FT"]
     assert "--height-factor: is missing: numbers of 'HEIGHT_FT' seem to be in feet" in (
         refused(*named)
