@@ -13,7 +13,7 @@
 # - turn a flight time into a current and a power, and scale both with the payload;
 # - say which numbers of a mission come from the datasheet, and which are assumed;
 # - compare the weight of a receiver with the hover that its laser gives;
-# - say how much received power keeps a drone in the air for ever.
+# - say how much received power keeps a drone in the air without end.
 
 # %%
 import optuav

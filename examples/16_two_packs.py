@@ -62,7 +62,7 @@ lifetime([(3.0, 1.0)], **cell), float(time_to_empty(single, single.full, -3.0))
 
 # %% [markdown]
 # An empty pack is neither used nor charged again; the other takes over in the middle of the job. A
-# load that charges what it draws may last for ever: `horizon_s` states how long to follow it.
+# load that charges what it draws may last without end: `horizon_s` states how long to follow it.
 #
 # **Before you run:** a minute with 1 A is followed by a minute of charging with 1 A, or with 0.5 A.
 # Which of the two loads ends?

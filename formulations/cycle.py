@@ -10,7 +10,7 @@ from optuav.options import Order
 
 @dataclass(frozen=True)
 class Cycle(Formulation):
-    """Cycle: longest hover between rests on one building that can be repeated for ever.
+    """Cycle: longest hover between rests on one building that can be repeated without end.
 
     The mission begins and ends on the building's roof, as that of ``optuav.coverage(…).plan`` does.
     Its ``start`` plays no part: charge at the start is unknown, and the end gives it back. In

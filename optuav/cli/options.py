@@ -211,12 +211,17 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     Without text the key is removed.
     """
     from optuav.mission import load
+    from optuav.mission.keys import misfits_of_keys
 
     mission, faults = None, list[Fault]()
     values = values_of(settings or (), faults)
     with collected(faults):
         mission = load(source)
-        mission = mission.replace(values) if values else mission
+    with collected(faults):
+        if mission is None:
+            faults += misfits_of_keys(values)
+        elif values:
+            mission = mission.replace(values)
     options = vars(SolveOptions())
     refuse(_as_written(fault, values) if fault.key in options else fault for fault in faults)
     assert mission is not None

@@ -12,7 +12,7 @@ import typer
 import optuav
 from optuav.cli.options import ProblemOptions, SolveOptions, is_plan
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
-from optuav.errors import Fault, InputError, NoPlanError
+from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.options import Perspective
 from optuav.status import Status
 
@@ -167,9 +167,15 @@ def export(plan: str, file: Path, force: bool = False) -> None:
     """
     from optuav.plan.export import WRITERS
 
-    check_places(file, None, *WRITERS, file_only="FILE")
+    faults, saved = list[Fault](), None
+    with collected(faults):
+        check_places(file, None, *WRITERS, file_only="FILE")
+    with collected(faults):
+        saved = optuav.load_plan(plan)
+    refuse(faults)
+    assert saved is not None
     try:
-        optuav.load_plan(plan).export(file, force=force)
+        saved.export(file, force=force)
     except NoPlanError as error:
         say(f"{error}")
         raise typer.Exit(NO) from None

@@ -42,8 +42,15 @@ class StudyOptions:
 
         A mission without changes is left for the study to load, which refuses it with its options.
         """
-        check_places(self.save, self.plot, ".csv", ".json")
-        return mission_of(source, self.settings) if self.settings else source
+        faults = list[Fault]()
+        mission: Mission | str = source
+        with collected(faults):
+            check_places(self.save, self.plot, ".csv", ".json")
+        with collected(faults):
+            if self.settings or faults:
+                mission = mission_of(source, self.settings)
+        refuse(faults)
+        return mission
 
     def deliver(self, found: Result, more: Mapping[str, object] | None = None) -> None:
         """Write the files that were asked for of a result, with more figures, and print it."""
@@ -160,7 +167,7 @@ def coverage(
     *,
     out: StudyOptions,
 ) -> None:
-    """Find the share of the day that one drone covers, for ever, and the fleet for more.
+    """Find the share of the day that one drone covers without end, and the fleet for more.
 
     Exit code 1 if there is no endless cycle.
     """

@@ -41,6 +41,7 @@ from optuav.solving.outcome import more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.parts import Part
 from optuav.solving.question import PROBLEM_NAMES, mission_and_question, problem_of
+from optuav.solving.solve import calm_notes
 from optuav.status import SAME_S, Status
 
 
@@ -145,8 +146,21 @@ def explain(
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
     question = question_of(subject, graph, problem=problem, perspective=perspective, **options)
     if question.stated.several:
-        return _with_more_stops(question)
-    return _noted(question, _explained(question, subject if isinstance(subject, Plan) else None))
+        return _in_wind(question, _with_more_stops(question))
+    plan = subject if isinstance(subject, Plan) else None
+    return _in_wind(question, _noted(question, _explained(question, plan)))
+
+
+def _in_wind(question: MissionQuestion, explained: Explanation) -> Explanation:
+    """Add what calm air gives to the explanation of a plan that counts on the wind."""
+    if not explained:
+        return explained
+    options = vars(question.stated)
+    if question.stated.several and question.stated.time_limit_s is None:
+        options = {**options, "time_limit_s": SEARCH_S}
+    known, asked = mission_and_question(question.mission, **options)
+    notes = *explained.notes, *calm_notes(known, asked, question.graph)
+    return replace(explained, notes=tuple(dict.fromkeys(notes)))
 
 
 def _noted(question: MissionQuestion, explained: Explanation) -> Explanation:
@@ -353,12 +367,12 @@ def _optimum(
 
 
 def _objective(model: Model) -> str:
-    """Name the objective, with the unit that it states, or the one that all its terms have."""
+    """The unit of the objective, stated or of all its terms; its name if it is a known time."""
     goal, names = model.objective, {"hover_time_s": "hover", "rest_time_s": "rest"}
     units = {model.objective_unit} - {""} or {leaf.unit for leaf in leaves(goal)}
-    unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
+    unit = units.pop() if len(units) == 1 and units != {"1"} else ""
     known = names.get(goal.name) if isinstance(goal, Variable) else None
-    return f"{unit}of {known or Text().write(goal)}"
+    return f"{unit} of {known}" if unit and known else unit or f"of {known or 'the objective'}"
 
 
 def _sides(

@@ -31,7 +31,8 @@ class Explanation(Findings):
     plan
         The plan explained.
     objective
-        Unit and name of the objective, such as ``"s of hover"``; empty without a plan.
+        Unit of the objective, and its name if it is a known time: ``"s of hover"``, ``"TB"``, or
+        ``"of the objective"`` if its terms have no unit in common; empty without a plan.
     sense
         ``"maximise"`` or ``"minimise"``.
     conflicts, repairs

@@ -15,6 +15,7 @@ from optuav.maps.positions import HoverMap
 from optuav.mission.earth import DEGREES, system_in_metres
 from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import counted, path_of
+from optuav.service.checks import calm_facts
 from optuav.solving.best_plans import REASONS
 from optuav.studies.batch import LABELS
 
@@ -44,6 +45,7 @@ def summary(found: HoverMap) -> str:
             because = f"; {facts['best_because']}" if "best_because" in facts else ""
             places["Longest"] += f", and at {counted(others, 'other point')}{because}"
         places["Shortest"] = f"{np.nanmin(values):.2f} s"
+        places |= dict(calm_facts(facts.get("in_calm_air")))
     lines = [f"{head:11}{words}" for head, words in places.items()]
     none = [f"No plan    {counted(n, 'point')}: {why}" for n, why in _why(found)]
     return "\n".join([*lines, *none])

@@ -20,6 +20,8 @@ from optuav.network.places import charging_cap
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective
+from optuav.service.checks import in_calm_air, with_words
+from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.status import SAME_S
 from optuav.studies.batch import Solved, labelled, solved_batch
@@ -71,7 +73,8 @@ def device(
         ``perspective``, the key that varies (``over``), its ``height_m``, the ``crs`` if there is
         one, ``best_m``: where the hover is longest, of ``best_points`` such points the one nearest
         to the mission's own, ``best_at``: whether that is ``"inside"`` the map or at its
-        ``"edge"``, and ``best_because``: what caps the charging current there, if something does.
+        ``"edge"``, ``best_because``: what caps the charging current there, if something does, and
+        ``in_calm_air``: what calm air gives there, if hovering counts on the wind.
 
     Raises
     ------
@@ -223,6 +226,14 @@ def hovers(
                 facts["best_because"] = cap.words
         at_edge = row in (0, len(y) - 1) or column in (0, len(x) - 1)
         facts["best_at"] = "edge" if at_edge else "inside"
+        _, words = with_words(
+            in_calm_air(
+                base.replace({over: facts["best_m"]}),
+                lambda calm: solve(calm, perspective=perspective).hover_time_s,
+            ),
+            "{:.2f} s of hover there",
+        )
+        facts |= {"in_calm_air": words} if words else {}
     return HoverMap(solved, facts, x, y)
 
 

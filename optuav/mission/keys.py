@@ -9,8 +9,8 @@ from typing import Any
 from optuav.errors import Fault
 from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Range
 from optuav.mission.forms import TABLES, table_keys
-from optuav.mission.messages import nearest, number, number_of
-from optuav.mission.mission import Mission
+from optuav.mission.messages import nearest, number, number_of, shown
+from optuav.mission.mission import Mission, unknown_names
 
 VECTORS = {
     **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), (COORDINATE, 3)),
@@ -77,7 +77,20 @@ def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
         if key not in known:
-            yield Fault(key, "", f"{words}{nearest(key, known)}")
+            # Components of a vector are all alike: the first is suggested
+            alike = [name for name in known if "[" in key or not name.endswith(("[1]", "[2]"))]
+            yield Fault(key, "", f"{words}{nearest(key, alike)}")
+
+
+def misfits_of_keys(values: Mapping[str, object]) -> Iterator[Fault]:
+    """Yield keys that no mission has, and numbers out of range, without a mission."""
+    yield from unknown_names(
+        {key: value for key, value in values.items() if not key.startswith("buildings")}
+    )
+    known = numeric_keys()
+    for key, value in values.items():
+        if key in known and value is not None and not known[key].accepts(value):
+            yield Fault(key, shown(value), known[key].words)
 
 
 def homeless_keys(mission: Mission, keys: Collection[str]) -> Iterator[Fault]:

@@ -126,6 +126,15 @@ def written_out(value: float) -> str:
     return f"{Decimal(f'{value:.{DIGITS}g}'):f}"
 
 
+def told_apart(one: float, other: float, digits: int) -> tuple[str, str]:
+    """Two numbers with so many digits, or with as many as tell them apart."""
+    for count in range(digits, 18):
+        texts = f"{one:.{count}g}", f"{other:.{count}g}"
+        if texts[0] != texts[1] or one == other:
+            break
+    return texts
+
+
 def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
     """A path, see `expanded`; refused if it is not one, or empty."""
     if not str(of_kind(name, stated, str | Path, words)):

@@ -367,7 +367,6 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
     """
     kept, buildings = Document(), Document()
     faults: list[Fault] = []
-    whole = ("name", "description", "crs", *TABLES)
     named = ((k if isinstance(k, str) else shown(k), value) for k, value in values.items())
     plain = ((key, without_none(value, 2, kept=True)) for key, value in named)
     # Whole tables first, so that their keys can be stated beside them.
@@ -375,9 +374,8 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
         name, _, field = key.partition(".")
         if key.startswith(("buildings.", "buildings[")):
             buildings[key] = value
-        elif key not in whole and field not in validation.keys_in_file(name):
-            known = [*whole, *validation.dotted_keys()]
-            faults.append(Fault(key, shown(value), f"unknown key{nearest(key, known)}"))
+        elif unknown := [*unknown_names({key: value})]:
+            faults += unknown
         else:
             kept[name] = {**keys_of(kept.get(name)), field: value} if field else value
     document, gone = overlay(base, kept)
@@ -393,6 +391,16 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
 
             document["buildings"] = row_by_row(document["buildings"])
     return StatedMission(without_none(document), displaced=gone), faults
+
+
+def unknown_names(values: Mapping[str, object]) -> Iterator[Fault]:
+    """Yield a fault for each dotted key outside the buildings that no mission has."""
+    whole = ("name", "description", "crs", *TABLES)
+    for key, value in values.items():
+        name, _, field = key.partition(".")
+        if key not in whole and field not in validation.keys_in_file(name):
+            known = [*whole, *validation.dotted_keys()]
+            yield Fault(key, shown(value), f"unknown key{nearest(key, known)}")
 
 
 def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fault]:

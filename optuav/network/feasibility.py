@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.flight.model import BENT
 from optuav.laser.beam import SpreadingBeam
 from optuav.mission import Mission
-from optuav.mission.messages import listed
+from optuav.mission.messages import listed, told_apart
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
@@ -50,34 +51,56 @@ def _out_of_reach(mission: Mission) -> str:
     radius_m = vehicle.coverage_radius_m(mission)
     if hover_m is None:
         height_m = abs(limits.min_altitude_m - device_m[2])
+        away, reach = told_apart(height_m, radius_m, 6)
         return (
-            f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
-            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least "
+            f"the device is out of reach: its link covers {reach} m, but hovering at "
+            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {away} m at least "
             "(link.device_m, link.transmit_power_W, limits.outage_probability)"
         )
-    distance_m = math.dist(hover_m, device_m)
+    distance_m, most = math.dist(hover_m, device_m), limits.outage_probability
     outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+    away, reach = told_apart(distance_m, radius_m, 6)
+    risk, _ = told_apart(outage, most, 3)
     return (
-        f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link covers "
-        f"{radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
-        f"{limits.outage_probability:g})"
+        f"P1.a outage: route.hover_m is {away} m from the device, its link covers {reach} m "
+        f"(outage {risk}, limits.outage_probability = {most:g})"
     )
 
 
 def blocked_legs(network: Network, route: int) -> list[str]:
     """The legs of a route that cannot be flown, and why."""
-    legs, names = network.legs, network.places.names
+    legs, names, inside = network.legs, network.places.names, _inside(network)
+    buildings = network.mission.buildings.names
     reasons = []
     for leg in network.routes.legs[route]:
         if leg != NO_LEG and not legs.flyable[leg]:
             why = "is not in the graph"
             if np.isnan(legs.duration_s[leg]):
                 why = "cannot be flown at its speed in this wind ([flight], [wind])"
-            if legs.crosses[leg] >= 0:
-                building = network.mission.buildings.names[legs.crosses[leg]]
-                why = f"crosses building {building} ({_remedy(network.mission)})"
-            reasons.append(f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]} {why}")
+            ends, blocker = (int(legs.start[leg]), int(legs.end[leg])), legs.crosses[leg]
+            within = [place for place in ends if place in inside]
+            if blocker != CLEAR and within:
+                why = f"cannot be flown: {names[within[0]]} lies inside building "
+                why += f'{buildings[inside[within[0]]]} (flight.obstacles = "ignore" allows that)'
+            elif blocker != CLEAR:
+                # The building that closes the bent ways need not stand in the straight line
+                verb = (
+                    "is blocked by" if network.mission.flight.obstacle_rule in BENT else "crosses"
+                )
+                why = f"{verb} building {buildings[blocker]} ({_remedy(network.mission)})"
+            start, end = (names[place] for place in ends)
+            reasons.append(f"the leg {start} → {end} {why}")
     return reasons
+
+
+def _inside(network: Network) -> dict[int, int]:
+    """The building around each end of a mission that lies inside one, by place."""
+    places = network.places
+    ends = np.array([ORIGIN, HOVER, DESTINATION])
+    ends = ends[np.isfinite(places.position_m[ends]).all(axis=1)]
+    at_m, obstacles = places.position_m[ends], prisms(network.mission.buildings)
+    inside = crossed(obstacles, at_m, at_m, np.full((len(ends), 1), CLEAR))
+    return {place: k for place, k in zip(ends.tolist(), inside.tolist(), strict=True) if k != CLEAR}
 
 
 def _remedy(mission: Mission) -> str:
@@ -95,13 +118,8 @@ def advice(mission: Mission) -> Iterator[str]:
     network = build_network(mission)
     places, legs = network.places, network.legs
     yield from impossibilities(network)
-    ends = np.array([ORIGIN, HOVER, DESTINATION])
-    ends = ends[np.isfinite(places.position_m[ends]).all(axis=1)]
-    at_m = places.position_m[ends]
-    inside = crossed(prisms(mission.buildings), at_m, at_m, np.full((len(ends), 1), CLEAR))
-    for place, building in zip(ends, inside, strict=True):
-        if building != CLEAR:
-            yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
+    for place, building in _inside(network).items():
+        yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
     peak_m_s, has_drag = float(speeds_m_s[fastest]), mission.flight_model.has_drag

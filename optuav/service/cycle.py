@@ -261,10 +261,10 @@ def coverage(
     lit_hover: bool = True,
     pad_power_W: float | None = None,
 ) -> Coverage:
-    """Find the largest share of the time that one drone can hover, for ever.
+    """Find the largest share of the time that one drone can hover without end.
 
     A cycle is a leg from a building to the hover point, a hover, the leg back, and a rest, to the
-    same wells; ``limits.min_soc`` holds at every landing, the deadline plays no part.
+    same wells; ``limits.min_soc`` holds at every landing, the deadline does not count.
 
     Parameters
     ----------

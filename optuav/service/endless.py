@@ -158,7 +158,7 @@ class EndlessCycle(Result):
         yield Heading(f"Coverage by one drone: {printable(self.mission.name)}")
         calm = calm_facts(self.in_calm_air)
         if self.building is None:
-            yield Facts([("Share", f"100 %: it hovers for ever, {ENDLESS}"), *calm])
+            yield Facts([("Share", f"100 %: it hovers without end, {ENDLESS}"), *calm])
             return
         times_s = {"hover": self.hover_s, "flight": self.flight_s, "rest": self.rest_s}
         times = ", ".join(f"{name} {time_s:.2f} s" for name, time_s in times_s.items())

@@ -170,8 +170,9 @@ def event_of(
                 if event.replay().flyable:
                     return event
         if drones is not None:
-            words = f"charge allows {number} for {hours:g} h, but every roster that optuav tried"
-            raise NoPlanError(f"{words} empties an available well: allow one more drone")
+            words = f"charge allows {number} for {hours:g} h, but every roster that optuav tried "
+            words += "empties an available well: allow more drones, or leave their number open"
+            raise NoPlanError(words)
     if not least:
         raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     words = f"charge allows {counted(least, 'drone')} for {hours:g} h, but every roster that optuav"

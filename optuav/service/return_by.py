@@ -109,7 +109,7 @@ class ReturnTimes(Result):
         yield Heading(f"When to leave the hover point: {printable(self.mission.name)}")
         drawn = f"draws {self.hover_current_A:.4g} A from the battery"
         drawn += f"; the laser gives {self.received_current_A:.4g} A"
-        wells = f"y1 = {self.available_As:.1f} A s, y2 = {self.bound_As:.1f} A s"
+        wells = f"y1 = {self.available_As:z.1f} A s, y2 = {self.bound_As:z.1f} A s"
         facts = [("On arrival", wells), ("Hovering", drawn)]
         yield Facts([*facts, *calm_facts(self.in_calm_air)])
         first, *others = self.rows
@@ -177,7 +177,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     """Find the last moment to leave the hover point, for the destination and every building.
 
     A place is in time while the available well stays above 0 on the whole way to it and
-    ``limits.min_soc`` of the charge is left at the landing; the deadline plays no part. Moments
+    ``limits.min_soc`` of the charge is left at the landing; the deadline does not count. Moments
     count from the arrival at the hover point, with the charge that ``start`` and the leg from the
     origin leave. To ask again on the way, state ``start`` and ``route.origin_m`` there.
 

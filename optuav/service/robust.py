@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.service.box import Box, box_of, corners_of, samples_of
-from optuav.service.checks import flyable_network
+from optuav.service.checks import calm_facts, flyable_network, in_calm_air, with_words
 from optuav.service.robust_search import KEPT, RobustTimes, Search
 from optuav.solving import solve
 from optuav.solving.assemble import figures
@@ -71,9 +71,11 @@ class RobustPlan(Result):
         The share of the box in which it was asked to hold, None for the whole box.
     risk_bound, confidence
         Upper bound on the share of the box in which the plan fails, and its confidence.
-    outside, windy
-        Numbers of the mission that do not lie in the box, in words; whether hovering counts on a
-        wind that the box does not vary.
+    outside
+        Numbers of the mission that do not lie in the box, in words.
+    calm_hover_s, in_calm_air
+        If hovering counts on a wind that the box does not vary, the longest hover of a robust plan
+        in calm air [s], None without a plan there, and the same in words; else None.
 
     Examples
     --------
@@ -98,7 +100,8 @@ class RobustPlan(Result):
     reach_share: float
     confidence: float
     outside: tuple[str, ...]
-    windy: bool
+    calm_hover_s: float | None
+    in_calm_air: str | None
     risk_bound: float
     plan: Plan = field(repr=False)  # Flown with the numbers of the mission
 
@@ -111,7 +114,7 @@ class RobustPlan(Result):
         """Yield the plan, where it holds, and the gain of every number."""
         yield Heading(f"Robust plan: {printable(self.mission.name)}")
         nominal = f"{self.nominal_hover_s:.3f} s with certain numbers"
-        part = "" if self.chance is None else f" at {self.reach_share:.1%} of its reach"
+        part = "" if self.chance is None else f" of a box with {self.reach_share:.1%} of the reach"
         held = f"{self.flyable:.2%} of {self.samples} samples of the box"
         facts = [
             ("Route", " → ".join(map(printable, self.route))),
@@ -122,9 +125,13 @@ class RobustPlan(Result):
         if self.chance is None and self.flyable < 1.0:
             facts.append(("Beware", "not in the whole box: state smaller ranges, or a chance"))
         facts += [("Beware", words) for words in self.outside]
-        if self.windy:
-            words = "state a range of wind.velocity_m_s that holds 0"
-            facts.append(("Wind", f"this holds while the wind blows; for calm air, {words}"))
+        if not self.plan.flyable:
+            words = "the plan cannot be flown with the mission's own numbers"
+            facts.append(("Beware", words))
+        facts += [*calm_facts(self.in_calm_air)]
+        if self.in_calm_air is not None:
+            keys = " and ".join(_blowing(self.mission))
+            facts.append(("", f"for a plan that holds in both, state a range of {keys} with 0"))
         sure = f"with a confidence of {self.confidence}"
         yield Facts([*facts, ("Risk", f"at most {self.risk_bound:.2%} of the box, {sure}")])
         rows = [
@@ -241,8 +248,13 @@ def robust(
     outside = tuple(f"{words}{about}" for words in box.outside)
     kept = search.kept(times, samples_of(loaded, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
-    windy = vehicle.in_calm_air(loaded) is not None
-    windy &= not any(spread.key.name.startswith("wind.") for spread in box.spreads)
+    calm_hover_s, in_words = None, None
+    if not any(spread.key.name.startswith("wind.") for spread in box.spreads):
+        options: dict[str, Any] = {"perspective": perspective, "chance": chance}
+        options |= {"confidence": confidence, "samples": samples, "seed": seed}
+        calm = in_calm_air(loaded, lambda calm: robust(calm, uncertainty, problem, **options))
+        hover_s = calm.hover_s if isinstance(calm, RobustPlan) else calm
+        calm_hover_s, in_words = with_words(hover_s, "{:.2f} s of hover")
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=not box.outside)
@@ -261,10 +273,18 @@ def robust(
         reach_share=share,
         confidence=confidence,
         outside=outside,
-        windy=windy,
+        calm_hover_s=calm_hover_s,
+        in_calm_air=in_words,
         risk_bound=_risk_bound(count, int(np.count_nonzero(~kept)), confidence),
         plan=plan,
     )
+
+
+def _blowing(mission: Mission) -> Iterator[str]:
+    """Yield the keys of the wind's components that are not 0."""
+    assert mission.wind is not None
+    for name, vector in mission.wind.model_dump(exclude_none=True).items():
+        yield from (f"wind.{name}[{axis}]" for axis, size in enumerate(vector) if size)
 
 
 def _option_faults(

@@ -130,7 +130,7 @@ class Visit:
 
     @cached_property
     def longest_s(self) -> float | None:
-        """The longest hover that can be repeated for ever [s]; None without any.
+        """The longest hover that can be repeated without end [s]; None without any.
 
         The range of y1 over a cycle grows with the hover: no exception is known.
         """

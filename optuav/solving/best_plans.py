@@ -56,7 +56,7 @@ REASONS = {
     "unknown": "the engine found neither times nor proof that none exist",
     "error": "the engine failed, met numbers that it cannot use, or returned times that violate a "
     "constraint",
-    "too_windy": "the UAV cannot fly: the wind is faster than it flies at most "
+    "too_windy": "the UAV cannot fly: the wind is faster than its largest air speed "
     "(wind.velocity_m_s, flight.max_speed_m_s)",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""

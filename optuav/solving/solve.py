@@ -149,16 +149,21 @@ def solve(
     options = problem, perspective, slot_s, engine, time_limit_s
     known, question = mission_and_question(mission, *options)
     plan = _plan(known, question, graph, progress)
-    if not plan or (calm := vehicle.in_calm_air(known)) is None:
-        return plan
+    calm = calm_notes(known, question, graph) if plan else ()
+    return plan.model_copy(update={"notes": (*plan.notes, *calm)}) if calm else plan
+
+
+def calm_notes(known: Mission, question: Question, graph: Graph | None) -> tuple[str, ...]:
+    """Say what the best plan in calm air is, if hovering counts on the wind; else nothing."""
+    calm = vehicle.in_calm_air(known)
+    if calm is None:
+        return ()
     note = "this holds while the wind blows"
-    if graph is None:
-        note += f"; {_in_words(calm, question)}"
-    return plan.model_copy(update={"notes": (*plan.notes, note)})
+    return (note if graph is not None else f"{note}; {_in_words(calm, question)}",)
 
 
 def _in_words(calm: Mission, question: Question) -> str:
-    """What the best plan in calm air is."""
+    """The best plan in calm air in words."""
     try:
         plan = _plan(calm, question, None, None)
     except SolverError as error:

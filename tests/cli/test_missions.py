@@ -352,3 +352,26 @@ def test_a_power_out_of_range_is_the_only_fault() -> None:
     asked = (*SHEET[:8], *SHEET[10:], "--hover-power-W", "1e9")
     told = refused("new", "mine.toml", "--from", "regimes", *asked)
     assert told == "error: --hover-power-W = 1000000000.0: a number, 1 <= x <= 1e6 [W]\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            "solve nope --set limits.deadline_s=-4 --stops -1",
+            ["nope: there is no such file", "limits.deadline_s = -4", "--stops = -1"],
+        ),
+        ("solve nope --set foo.bar=1", ["nope: there is no such file", "foo.bar = 1: unknown key"]),
+        ("power nope --save x.bar", ["nope: there is no such file", "--save = 'x.bar'"]),
+        ("export nope.json x.foo", ["nope.json: there is no such file", "FILE = 'x.foo'"]),
+        (
+            "coverage nope --set foo.bar=1 --save x.bar",
+            ["nope: there is no such file", "foo.bar = 1: unknown key", "--save = 'x.bar'"],
+        ),
+    ],
+)
+def test_a_missing_mission_hides_no_other_fault(arguments: str, words: list[str]) -> None:
+    """Of settings, places to write to and options; each is told once."""
+    found = run(*arguments.split())
+    assert found.code == 2
+    assert [found.err.count(each) for each in words] == [1] * len(words)

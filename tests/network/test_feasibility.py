@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from optuav.network.feasibility import advice, blocked_legs, impossibilities
 from optuav.network.graph import edited_network
 from optuav.network.legs import NO_LEG
 from optuav.network.network import build_network
-from optuav.network.places import ChargingCap, charging_cap
+from optuav.network.places import HOVER, ChargingCap, charging_cap
+from optuav.network.vehicle import coverage_radius_m
 from tests.examples import few
 from tests.mission.strategies import missions
 
@@ -153,6 +155,36 @@ def test_the_fastest_leg_is_named_unless_it_is_below_40_m_s_or_stated_in_a_graph
     (fast, _) = advice(slow.replace({"flight.max_speed_m_s": 41}))
     assert "a peak of 41.0 m/s" in fast
     assert len([*advice(slow.replace({"flight.max_speed_m_s": 40}))]) == 1
+
+
+@pytest.mark.parametrize("rule", ["refuse", "over", "around"])
+@pytest.mark.parametrize(
+    ("end", "at_m"), [("origin", (0, 0, 50)), ("hover", (1000, 2502, 50)), ("hover", None)]
+)
+def test_an_end_inside_a_building_is_the_reason(
+    rule: str, end: str, at_m: tuple[float, float, float] | None
+) -> None:
+    """Not the leg, which no way over or around the building would free."""
+    x, y, _ = at_m or build_network(PAPER).places.position_m[HOVER].tolist()
+    hall = {"name": "H", "position_m": [x, y, 90], "footprint_m": [80, 80]}
+    changes = {"buildings": [hall], "flight.obstacles": rule}
+    mission = PAPER.replace({**changes, **({} if at_m is None else {f"route.{end}_m": at_m})})
+    words = " ".join(blocked_legs(build_network(mission), 0))
+    assert f"{end} lies inside building H" in words
+    assert "crosses" not in words
+    assert '"over"' not in words
+    assert reasons(mission.replace({"flight.obstacles": "ignore"})) == ()
+
+
+@pytest.mark.parametrize("beyond_m", [1e-4, 1e-6])
+def test_figures_that_differ_look_different(beyond_m: float) -> None:
+    """A hover point a hair out of reach has a distance with more digits than its link covers."""
+    reach_m = coverage_radius_m(PAPER)
+    device_m = PAPER.link.device_m
+    hover_m = (device_m[0], device_m[1] - np.sqrt(reach_m**2 - 50.0**2) - beyond_m, 50.0)
+    (reason,) = reasons(PAPER.replace({"route.hover_m": hover_m, "link.device_m": device_m}))
+    away, reach = re.findall(r"(\S+) m from the device, its link covers (\S+) m", reason)[0]
+    assert float(away) > float(reach)
 
 
 def test_packs_that_are_used_as_one_are_charged_as_one() -> None:

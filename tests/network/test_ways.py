@@ -401,12 +401,14 @@ def test_no_way_at_all_names_the_building_that_closes_it() -> None:
     """Under a low cap the wall closes the leg, with the keys that decide."""
     low = WALLED.replace({**OVER, "flight.max_altitude_m": 150})
     (reason,) = optuav.solve(low, "P3").reasons
-    assert reason.startswith("the leg origin → hover crosses building wall (no way over it keeps")
+    assert reason.startswith(
+        "the leg origin → hover is blocked by building wall (no way over it keeps"
+    )
     assert "flight.max_altitude_m = 150 m" in reason
     upright = mission(town((400, 100, 50, 20, 20)), obstacles="over")
     upright = upright.replace({"route.origin_m": [400, 100, 10]})
     (reason,) = optuav.solve(upright, "P3").reasons
-    assert "crosses building h0 (no way over it" in reason
+    assert "origin lies inside building h0" in reason
 
 
 def test_without_a_stated_ceiling_no_apex_stands_in_space() -> None:
@@ -601,4 +603,4 @@ def test_no_way_leads_into_a_building(rule: str) -> None:
     town |= {"route.destination_m": [162.58620288979682, -676.5239043139004, 52.51163318745794]}
     plan = optuav.solve(optuav.load("paper").replace(town), "P3", perspective="battery")
     assert not plan
-    assert "crosses building hall" in " ".join(plan.reasons)
+    assert "destination lies inside building hall" in " ".join(plan.reasons)

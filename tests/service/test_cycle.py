@@ -129,7 +129,7 @@ def test_a_laser_that_gives_more_than_hovering_draws_never_lets_it_land() -> Non
     strong = {"laser.power_W": 1e6, "battery.charge_current_A": 900}
     found = optuav.coverage(optuav.load("paper").replace(strong))
     assert (found.share, found.building) == (1.0, None)
-    assert "hovers for ever" in str(found)
+    assert "hovers without end" in str(found)
     with pytest.raises(NoPlanError, match="gives more than hovering draws"):
         found.plan  # noqa: B018
     assert found.plot() == {}

@@ -186,6 +186,16 @@ def test_an_interrupt_ends_a_programme_of_many_hovers(monkeypatch: pytest.Monkey
     assert stopped
 
 
+def test_too_few_drones_are_not_promised_that_one_more_is_enough() -> None:
+    """Charge allows 3, the wells 5: of 4, too, every roster empties a well."""
+    wells = {"battery.available_fraction": 0.2, "battery.flow_rate_per_s": 5e-4}
+    coverage = optuav.coverage(optuav.load("matrice350").replace(wells))
+    for drones in (3, 4):
+        with pytest.raises(NoPlanError, match="allow more drones, or leave their number open"):
+            coverage.event(2, drones)
+    assert coverage.event(2).drones == 5
+
+
 def test_bad_input() -> None:
     """Hours and drones out of range at once, exchanges, and charge alone."""
     coverage, wrong = optuav.coverage("matrice350"), ("8", float("nan"), 0, -1, 241)

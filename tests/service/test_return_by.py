@@ -1,6 +1,8 @@
 """The last moment to leave: P3 and P4 again, stepping through the wells, refusals."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from optuav.maps.output import summary
+from optuav.maps.positions import DEVICE, hovers
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step
 from optuav.service.return_by import _time_for
 from tests.examples import few
@@ -40,6 +44,12 @@ def test_what_the_laser_gives_is_said_and_lost_without_it() -> None:
     assert "the laser gives 0 A" in str(dark)
     with pytest.raises(InputError, match=r"without \[laser\], remove \[receiver\] too"):
         relay.replace({"laser": None})
+
+
+def test_an_empty_well_has_no_sign() -> None:
+    """What rounding leaves of an empty well is 0.0, not −0.0."""
+    times = optuav.return_by("paper")
+    assert "y2 = 0.0 A s" in str(replace(times, bound_As=-1e-12))
 
 
 def test_the_picture_marks_the_last_moments() -> None:
@@ -268,6 +278,24 @@ def test_what_counts_on_the_wind_says_what_calm_air_gives() -> None:
     assert all("while the wind blows" in " ".join(str(each).split()) for each in told)
     robust = optuav.robust(windy, {"wind.velocity_m_s[0]": {"low": 0, "high": 12}}, samples=9)
     assert "while the wind blows" not in " ".join(str(robust).split())
+
+
+def test_explanations_and_maps_say_what_calm_air_gives() -> None:
+    """As the plan does, once; a map for the place where its hover is longest."""
+    windy, calm = (optuav.load("relay-today").replace(wind) for wind in (WIND, {}))
+    hover_s = optuav.solve(calm).hover_time_s
+    for subject in (windy, optuav.solve(windy)):
+        notes = [note for note in optuav.explain(subject).notes if "wind blows" in note]
+        assert notes == [
+            f"this holds while the wind blows; the plan in calm air hovers {hover_s:.2f} s"
+        ]
+    assert "wind blows" not in str(optuav.explain(calm))
+    around: tuple[Any, ...] = 300.0, (300, 0, 600, 300), None, "available"
+    found = hovers(DEVICE, windy, *around)
+    there = calm.replace({DEVICE: found.facts["best_m"]})
+    words = " ".join(summary(found).split())
+    assert f"in calm air: {optuav.solve(there).hover_time_s:.2f} s of hover" in words
+    assert "calm" not in summary(hovers(DEVICE, calm, *around))
 
 
 def test_what_does_not_count_on_the_wind_says_nothing() -> None:

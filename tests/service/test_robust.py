@@ -178,6 +178,7 @@ def test_a_box_beside_the_mission_has_a_plan_that_the_mission_may_not_fly() -> N
     assert found.flyable == 1.0
     assert not found.plan.flyable
     assert {event.kind for event in optuav.replay(found.plan).violations} == {"full"}
+    assert "cannot be flown with the mission's own numbers" in " ".join(str(found).split())
 
 
 def test_a_range_without_the_mission_s_number_is_told() -> None:
@@ -190,6 +191,22 @@ def test_a_range_without_the_mission_s_number_is_told() -> None:
     assert not optuav.robust("paper", {"drain": {"percent": 1}}, samples=500).outside
     with pytest.raises(NoPlanError, match=f"{words} 100 to 200"):
         optuav.robust("paper", {"battery.capacity_As": {"low": 100, "high": 200}}, samples=500)
+
+
+def test_a_wind_is_told_with_its_component_and_what_calm_air_gives() -> None:
+    """Along y; the range that the advice names is accepted, and a vector's name leads to one."""
+    still = optuav.load("relay-today")
+    windy = still.replace({"wind.velocity_m_s": [0.0, 12.0, 0.0]})
+    box = {"drain": {"percent": 5}}
+    found, calm = (optuav.robust(each, box, samples=9) for each in (windy, still))
+    assert found.calm_hover_s == pytest.approx(calm.hover_s)
+    words = " ".join(str(found).split())
+    assert f"in calm air: {calm.hover_s:.2f} s of hover" in words
+    assert "state a range of wind.velocity_m_s[1] with 0" in words
+    both = {**box, "wind.velocity_m_s[1]": {"low": 0, "high": 12}}
+    assert optuav.robust(windy, both, samples=9).in_calm_air is calm.in_calm_air is None
+    with pytest.raises(InputError, match=r"did you mean 'wind\.velocity_m_s\[0\]'"):
+        optuav.robust(windy, {"wind.velocity_m_s": {"low": 0, "high": 12}})
 
 
 def test_positions_and_rates_of_wells_are_uncertain_together() -> None:

@@ -209,7 +209,11 @@ def test_an_explanation_in_any_unit(per_s: float) -> None:
     one, other = (
         optuav.explain(PAPER, Longest(each), perspective="battery") for each in (1.0, per_s)
     )
-    assert other.objective.startswith("TB of ")
+    assert other.objective == "TB"
+    packs = next(price for price in other.prices if price.key == "battery.packs")
+    words = " ".join(str(other).split())
+    assert f"one more pack gives {packs.gain:.3g} TB " in words.replace(",", " ")
+    assert "Prices TB per unit of a parameter" in words
     for before, after in zip(one.prices, other.prices, strict=True):
         assert (before.name, before.matters) == (after.name, after.matters)
         assert before.has_kink == after.has_kink
