@@ -386,8 +386,9 @@ def _remark(words: str) -> str:
 
 
 def _wrapped(words: str) -> list[str]:
-    """Comments in TOML, no longer than a line."""
-    return [*map(_remark, textwrap.wrap(printable(words), WIDTH))]
+    """Comments in TOML, broken between words."""
+    wrapper = textwrap.TextWrapper(WIDTH, break_long_words=False, break_on_hyphens=False)
+    return [*map(_remark, wrapper.wrap(printable(words)))]
 
 
 def _entry(key: str, value: object) -> str:
