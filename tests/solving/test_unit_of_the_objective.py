@@ -36,7 +36,7 @@ class Longest(optuav.Formulation):
     def declare(self, model: Model, given: Any) -> None:
         hover, rest = given.hover_and_rest(model)
         model.maximise(self.per_s * hover + self.offset, unit="TB")
-        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_charge(model, "charge", hover, rest)
         given.keep_wells(model, "charge", hover, rest)
         given.keep_deadline(model, "deadline", hover, rest)
 
