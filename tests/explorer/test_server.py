@@ -191,8 +191,9 @@ def test_who_sends_too_much_reads_so(server: Server) -> None:
         urllib.request.urlopen(asked, timeout=20),
     ):
         pass
-    assert refusal.value.code == 413
-    assert "at most 64000 bytes" in json.loads(refusal.value.read())["faults"][0]["words"]
+    with refusal.value as answer:
+        assert answer.code == 413
+        assert "at most 64000 bytes" in json.loads(answer.read())["faults"][0]["words"]
 
 
 @pytest.mark.parametrize(
