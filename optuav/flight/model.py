@@ -121,6 +121,14 @@ class FlightModel(MadeOfTables, ABC):
         return False
 
     @property
+    def straight_is_least(self) -> bool:
+        """True if no way with stops draws less charge, or takes less time, than a straight leg.
+
+        A stop may save charge where legs are faster than is best for the charge.
+        """
+        return False
+
+    @property
     def needs_numbers(self) -> str | None:
         """A sentence on why ways cannot be symbols; None where they can."""
         return None

@@ -71,6 +71,10 @@ class Regimes(FlightModel):
     def rest(self) -> Flow:
         return self._flow("rest")
 
+    @property
+    def straight_is_least(self) -> bool:
+        return True
+
     def charging(self) -> Flow | None:
         return None if self.flight.charge_current_A is None else self._flow("charge")
 

@@ -224,6 +224,10 @@ class RotaryWing(CruisingModel):
         return True
 
     @property
+    def straight_is_least(self) -> bool:
+        return self.flight.cruise_speed_m_s is None and self.flight.speed != "max"
+
+    @property
     def needs_numbers(self) -> str | None:
         stated = self.flight.cruise_speed_m_s is not None
         if not _blows(self.wind.velocity_m_s) or (stated and self._never_slowed):

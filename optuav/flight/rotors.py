@@ -106,6 +106,10 @@ class Rotors(FlightModel):
         drag = self.drag_kg_m
         return bool(drag.any() if hasattr(drag, "any") else drag > 0.0)
 
+    @property
+    def straight_is_least(self) -> bool:
+        return not self.has_drag
+
     def impossible(self) -> str | None:
         why = physics.six_stages.impossible(self.airframe, self.motor, self.wind.force_N)
         return why and f"{why} (body.mass_kg, wind.force_N, rotor.max_speed_rad_s)"

@@ -70,8 +70,11 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
         return None
-    if mission.flight.obstacle_rule in BENT and len(names) <= AT_ONCE:
-        return _past_bent(mission, question, places)
+    if mission.flight.obstacle_rule in BENT:
+        if not mission.flight_model.straight_is_least:
+            return None  # Straight legs bound no bent ones
+        if len(names) <= AT_ONCE:
+            return _past_bent(mission, question, places)
     # Walls forbid routes and make none better: only the legs to the best roofs are tried.
     clear = mission.replace({"flight.obstacles": "ignore"})
     bounds_s, size = _bounds_s(clear, question, places), FIRST
