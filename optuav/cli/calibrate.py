@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from optuav.cli.output import check_places, command, deliver
-from optuav.errors import Fault, InputError, NoPlanError, SolverError, shown
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, collected, refuse, shown
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -36,16 +36,21 @@ def calibrate(
     from optuav.mission.files import must_be_new, write_text
     from optuav.mission.load import load, must_load
 
-    base = None if extends is None else load(extends)  # refused before the work
+    faults = list[Fault]()
     if never_longer and kind != "kibam":
-        raise InputError([Fault("--never-longer", "", f"requires KIND kibam, not {kind}")])
+        faults.append(Fault("--never-longer", "", f"requires KIND kibam, not {kind}"))
+        never_longer = False
     if save is not None:
         must_be_new(save)
     check_places(save, plot, ".toml", "")
     from optuav import calibration
 
     options = {"never_longer": True} if never_longer else {}
-    found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+    with collected(faults):
+        base = None if extends is None else load(extends)
+    with collected(faults):
+        found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+    refuse(faults)
     if extends is not None:
         found = replace(found, extends=extends)
     hover = None if base is None or found.lag is None else _hover(found, base)
@@ -57,7 +62,7 @@ def calibrate(
         except InputError as error:
             name = shown(found.extends)
             of_both = f"values from {', '.join(found.sources)} on top of {name}"
-            faults = (replace(fault, source=of_both) for fault in error.faults)
+            faults = [replace(fault, source=of_both) for fault in error.faults]
             words = "a mission on which these values load; nothing is written"
             raise InputError([*faults, Fault("extends", name, words)]) from None
         write_text(save, text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -171,16 +171,21 @@ def coverage(
 
     Exit code 1 if there is no endless cycle.
     """
+    from optuav.service.fleet import faults_of_fleet
+
     fleet = share is not None or overlap_s is not None
-    _check_hours(horizon_hours, hours, drones, fleet=fleet)
     share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
-    cycle = optuav.coverage(
-        out.mission(mission),
-        perspective=perspective,
-        swap_s=swap_s,
-        lit_hover=not dark_hover,
-        pad_power_W=pad_power_W,
-    )
+    faults = [*_faults_of_hours(horizon_hours, hours, drones, fleet=fleet)]
+    faults += faults_of_fleet(share, overlap_s)
+    with collected(faults):
+        cycle = optuav.coverage(
+            out.mission(mission),
+            perspective=perspective,
+            swap_s=swap_s,
+            lit_hover=not dark_hover,
+            pad_power_W=pad_power_W,
+        )
+    refuse(faults)
     results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
@@ -195,13 +200,13 @@ def coverage(
         say(turns)
 
 
-def _check_hours(
+def _faults_of_hours(
     horizon_hours: float | None, hours: float | None, drones: int | None, *, fleet: bool
-) -> None:
-    """Refuse hours together with options that they exclude, and numbers out of range."""
+) -> Iterable[Fault]:
+    """Faults of hours together with options that they exclude, and of numbers out of range."""
     from optuav.mission.messages import misfits
+    from optuav.service import event, horizon
     from optuav.service.fleet import COUNT
-    from optuav.service.horizon import HOURS
 
     words = {
         "horizon_hours": "plans one drone: leave out --hours, --share, --overlap-s and --drones",
@@ -210,9 +215,10 @@ def _check_hours(
     named = ("horizon_hours", horizon_hours), ("hours", hours)
     faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
     if len(faults) + fleet > 1 or (horizon_hours is not None and drones is not None):
-        raise InputError(faults)
-    limits = ("horizon_hours", horizon_hours, HOURS), ("drones", drones, COUNT)
-    refuse(misfits(*(limit for limit in limits if limit[1] is not None)))
+        return faults
+    limits = [("horizon_hours", horizon_hours, horizon.HOURS), ("hours", hours, event.HOURS)]
+    limits += [("drones", drones, COUNT)]
+    return misfits(*(limit for limit in limits if limit[1] is not None))
 
 
 def _turns(

@@ -88,13 +88,16 @@ def _shrunk(low: float, high: float, now: float, share: float) -> tuple[float, f
     return about - share * (about - low), about + share * (high - about)
 
 
-def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> Box:
-    """Return the box that a mapping or a file states, or refuse it with all faults."""
+def stated_ranges(uncertainty: Mapping[str, object] | str | Path) -> dict[str, object]:
+    """Return the ranges by key of a mapping or of a TOML file, which are not checked."""
     words = "ranges by key, or the path of a TOML file with them"
     of_kind("uncertainty", uncertainty, Mapping | str | Path, words)
-    table = (
-        dict(uncertainty) if isinstance(uncertainty, Mapping) else read_toml(path_of(uncertainty))
-    )
+    return dict(uncertainty) if isinstance(uncertainty, Mapping) else read_toml(path_of(uncertainty))
+
+
+def box_of(mission: Mission, ranges: Mapping[str, object]) -> Box:
+    """Return the box that ranges by key state, or refuse it with all faults."""
+    table = dict(ranges)
     factors, faults, keys = dict.fromkeys(FACTORS, (1.0, 1.0)), list[Fault](), tuple[Spread, ...]()
     if not table:
         faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))

@@ -168,6 +168,11 @@ def repeated(cycle: Plan, stays_s: Sequence[tuple[float, float]]) -> Plan:
     )
 
 
+def faults_of_fleet(share: float, overlap_s: float) -> Iterator[Fault]:
+    """Faults of a share of the time [-] and of an overlap [s]."""
+    return misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP))
+
+
 def lasting(stay: Phase, duration_s: float) -> Phase:
     """A stay of another duration [s]."""
     (stage,) = stay.stages
@@ -181,7 +186,7 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     durations, and a ring attains the next whole numbers.
     """
     visit, hover_s, rest_s = cycle.ending(), cycle.hover_s, cycle.rest_s
-    refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
+    refuse(faults_of_fleet(share, overlap_s))
     _need_handover(overlap_s, hover_s)
     every_s = (hover_s - overlap_s) / share
     drones = upwards(cycle.period_s / every_s)
@@ -294,8 +299,7 @@ def pad_power(
 
     The visits are those of dark hovers from all buildings in reach.
     """
-    faults = misfits(("drones", drones, COUNT), ("share", share, SHARE))
-    refuse([*faults, *misfits(("overlap_s", overlap_s, OVERLAP))])
+    refuse([*misfits(("drones", drones, COUNT)), *faults_of_fleet(share, overlap_s)])
 
     def too_weak(visit: Visit, rest_A: float) -> bool:
         """Return whether a current into the resting battery needs more drones.

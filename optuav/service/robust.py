@@ -22,7 +22,7 @@ from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.service.box import Box, box_of, corners_of, samples_of
+from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
 from optuav.service.checks import calm_facts, flyable_network, in_calm_air, with_words
 from optuav.service.robust_search import KEPT, RobustTimes, Search
 from optuav.solving import solve
@@ -218,11 +218,14 @@ def robust(
     '555.810 s, 41.5 s less than with certain numbers'
     """
     loaded: Mission | None = None
-    faults = [*_option_faults(perspective, chance, confidence, samples, seed)]
+    faults, ranges = [*_option_faults(perspective, chance, confidence, samples, seed)], None
+    with collected(faults):
+        ranges = stated_ranges(uncertainty)
     with collected(faults):
         loaded = load(mission)
         faults += _battery_faults(loaded)
-        box = box_of(loaded, uncertainty)
+        if ranges is not None:
+            box = box_of(loaded, ranges)
     with collected(faults):
         counted = perspective if perspective in PERSPECTIVES_TAKEN else AVAILABLE
         question = _question(loaded, problem, counted)

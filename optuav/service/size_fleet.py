@@ -18,7 +18,7 @@ from optuav.mission.messages import misfits, of_kind, path_of, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.service.checks import calm_facts, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage
-from optuav.service.fleet import OVERLAP, SHARE, covering, upwards
+from optuav.service.fleet import SHARE, covering, faults_of_fleet, upwards
 from optuav.studies.results import Pictures, Result
 
 PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
@@ -194,8 +194,7 @@ def size_fleet(
     >>> [(row["technology"], row["drones"]) for row in table.rows[:4]]
     [('laser, lit hover', 4), ('laser, dark hover', 6), ('pad', 4), ('swap', 2)]
     """
-    faults = [*misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP))]
-    faults += misfits(("swap_s", swap_s, DURATION))
+    faults = [*faults_of_fleet(share, overlap_s), *misfits(("swap_s", swap_s, DURATION))]
     stated: Mapping[str, float] | None = None
     with collected(faults):
         stated = None if prices is None else _prices(prices)

@@ -362,6 +362,18 @@ def test_a_power_out_of_range_is_the_only_fault() -> None:
             ["nope: there is no such file", "limits.deadline_s = -4", "--stops = -1"],
         ),
         ("solve nope --set foo.bar=1", ["nope: there is no such file", "foo.bar = 1: unknown key"]),
+        (
+            "coverage nope --share -1 --drones 0",
+            ["nope: there is no such file", "--share = -1.0", "--drones = 0"],
+        ),
+        (
+            "calibrate kibam nope.csv --extends nope",
+            ["nope: there is no such file", "nope.csv: there is no such file"],
+        ),
+        (
+            "robust nope nope.toml --chance 2",
+            ["nope: there is no such file", "nope.toml: there is no such file", "--chance = 2.0"],
+        ),
         ("power nope --save x.bar", ["nope: there is no such file", "--save = 'x.bar'"]),
         ("export nope.json x.foo", ["nope.json: there is no such file", "FILE = 'x.foo'"]),
         (
