@@ -92,7 +92,9 @@ def stated_ranges(uncertainty: Mapping[str, object] | str | Path) -> dict[str, o
     """Return the ranges by key of a mapping or of a TOML file, which are not checked."""
     words = "ranges by key, or the path of a TOML file with them"
     of_kind("uncertainty", uncertainty, Mapping | str | Path, words)
-    return dict(uncertainty) if isinstance(uncertainty, Mapping) else read_toml(path_of(uncertainty))
+    return (
+        dict(uncertainty) if isinstance(uncertainty, Mapping) else read_toml(path_of(uncertainty))
+    )
 
 
 def box_of(mission: Mission, ranges: Mapping[str, object]) -> Box:
