@@ -14,7 +14,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats, Integers, plain
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
-from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
+from optuav.engines.registry import AUTO, Engine, engine_names, of_the_package, takers
 from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable, printed
 from optuav.mission.messages import nearest, shown, written_out
@@ -141,7 +141,7 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.declared), slots) for part in self.parts]
-        return tuple(name for name in capabilities if able and all(name in each for each in able))
+        return tuple(name for name in engine_names() if able and all(name in each for each in able))
 
     def _repr_html_(self) -> str:
         from xml.etree.ElementTree import Element
@@ -512,9 +512,10 @@ class CompiledProgram:
         if question.engine_name == "grid" and question.slot_s is None:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program, self.question = program, question
-        limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
         engines = [(chosen_engine(part.model, question), part) for part in program.parts]
-        self._compiled = [(e, p, e.compile(p.model, len(p.routes), **limits)) for e, p in engines]
+        self._compiled = [
+            (e, p, e.compile(p.model, len(p.routes), **question.limits)) for e, p in engines
+        ]
         parameters_of_parts = (part.model.parameters for part in program.parts)
         self._parameters = {name: each for own in parameters_of_parts for name, each in own.items()}
         self.parameters = tuple(self._parameters)  # those that `solve` may change, by name
