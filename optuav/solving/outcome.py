@@ -251,12 +251,10 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
     landed = [""]
-    # The declaration has the stages that any of its routes has, bent ways more than straight ones.
-    whole = part.routes if part.whole is None else part.whole
-    routes = (legs_and_stays(network, numbers, part.rests) for numbers in (part.routes, whole))
-    for (legs, stay), (all_legs, _) in zip(*routes, strict=True):
+    for legs, stay in legs_and_stays(network, part.routes, part.rests):
         leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
-        stages = np.flatnonzero(table.durations_s[:, all_legs].any(axis=1)).tolist()
+        # The declaration has the stages that any of its routes has, bent ways more than straight.
+        stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
         of_flight = "of the flight {} → {}".format(*leg)
         for stage in stages[:-1]:
             ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")

@@ -69,6 +69,11 @@ class Question:
         return isinstance(self.problem, P1 | P3 | P4) and self.problem.speed == "free"
 
     @property
+    def searched(self) -> bool:
+        """True if the speeds of the legs, or the hover point, are unknowns."""
+        return self.speed_free or self.p1.hover_point == "free"
+
+    @property
     def several(self) -> bool:
         """True unless the question asks for one rest and one hover in one piece."""
         return (self.p1.stops, self.p1.hovers) != (1, 1)
