@@ -162,7 +162,7 @@ def best_plans(variants: Variants, question: Question) -> Best:
         "objective": times_s[0] if answers.objective is None else answers.objective[won],
         "bound": np.nan if answers.bound is None else answers.bound[variant],
     }
-    plans = {name: np.broadcast_to(each, variant.shape) for name, each in columns.items()}
+    plans = {name: _filled(each, variant.shape) for name, each in columns.items()}
     if np.count_nonzero(kept) == variants.count:
         return Best(**plans)
     best = Best.none(variants.count)
@@ -405,6 +405,11 @@ def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:
     with np.errstate(invalid="ignore", over="ignore"):  # without an answer
         held = [np.broadcast_to(r.satisfied, answered.shape) for r in evaluated(model, point)]
     return np.asarray(answered & ~np.logical_and.reduce(held, initial=True))
+
+
+def _filled(values: Quantity, shape: tuple[int, ...]) -> Any:
+    """An array of a shape, from one of it or from a number."""
+    return values if np.shape(values) == shape else np.broadcast_to(values, shape)
 
 
 def _every(variants: Variants, status: Status) -> Codes:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from formulations.soc import AVAILABLE, PAPER
-from optuav.engines import bracket, closed_form
+from optuav.engines import bracket
 from optuav.engines.registry import AUTO
 from optuav.engines.solution import Solution
 from optuav.mission import Mission
 from optuav.network.network import Network
 from optuav.network.variants import stacked
 from optuav.solving.balance import TIMES
-from optuav.solving.best_plans import LONGEST, STATUSES, best_plans
+from optuav.solving.best_plans import LONGEST, STATUSES, Best, best_plans
 from optuav.solving.parts import Part, declarations
-from optuav.solving.question import Question
+from optuav.solving.question import Question, answer
 
 
 def longest_hover(question: Question, network: Network) -> tuple[Part, Solution] | None:
@@ -30,11 +30,18 @@ def longest_hover(question: Question, network: Network) -> tuple[Part, Solution]
         return None
     able = np.arange(len(network.routes))[None] == route
     ((part, _),) = declarations(question, variants, able)
-    engine = bracket if question.perspective == AVAILABLE else closed_form
+    if question.perspective == AVAILABLE:
+        return part, _bracketed(part, best)
+    solution = answer(part.declared, 1, question, part.given)  # The exact vertex, and its proof
+    return (part, solution) if solution.status.has_answer else None
+
+
+def _bracketed(part: Part, best: Best) -> Solution:
+    """Times through the wells as the solution of their model, as its engine brackets them."""
     times = zip(TIMES, (best.hover_time_s, best.rest_time_s), strict=True)
-    solution = Solution(
-        engine=engine.NAME,
-        proof=engine.PROOF,
+    return Solution(
+        engine=bracket.NAME,
+        proof=bracket.PROOF,
         declared=part.declared,
         statuses=[STATUSES[best.status[0]]],
         objective=best.objective,
@@ -43,7 +50,6 @@ def longest_hover(question: Question, network: Network) -> tuple[Part, Solution]
         beyond=best.bound,
         given=part.given,
     )
-    return part, solution
 
 
 def _is_known(question: Question, mission: Mission) -> bool:

@@ -225,6 +225,8 @@ def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]
 
     With a note where no mission could have them.
     """
+    if point.keys() <= {*TIMES}:
+        return network, []
     values = {key: point[name] for name, key in _keys_by_name().items() if name in point}
     if not values:
         return network, []
@@ -470,7 +472,8 @@ def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
     note += f"promises {hover_s[route]:.2f} s of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
     flown = plan.model_copy(update={"phases": phases})
-    ends = (flown.overfull_s, "overfill the available well"), (flown.runs_dry_s, "run dry and fall")
+    dry_s, full_s = flown.limits_passed_s()
+    ends = (full_s, "overfill the available well"), (dry_s, "run dry and fall")
     if faults := [f"{words} at {at_s:.2f} s" for at_s, words in ends if at_s is not None]:
         note += f"; that plan would {' and '.join(faults)}"
     elif others := [event for event in replay(flown).violations if event.kind != MISMATCH]:

@@ -434,8 +434,8 @@ class Program:
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
         """Part and entry of all best answers, the tie rule's first; empty without one."""
-        if not solutions:
-            return []
+        if sum(len(solution.statuses) for solution in solutions) <= 1:
+            return [(0, 0)] if solutions and solutions[0].status.has_answer else []
         table, columns = self.network.routes, list[tuple[Floats, Floats, Floats, Integers]]()
         for part, solution in zip(self.parts, solutions, strict=True):
             stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
@@ -557,8 +557,7 @@ class CompiledProgram:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
-        (first, *_), only = solutions, sum(len(solution.statuses) for solution in solutions) == 1
-        chosen = (0, 0) if only and first.status.has_answer else self.program.best(solutions)
+        chosen = self.program.best(solutions)
         if chosen is None:
             for solution in solutions:
                 if Status.UNKNOWN in solution.statuses:

@@ -50,21 +50,22 @@ def test_the_plan_is_that_of_the_engine_over_all_routes(seed: int, perspective: 
         if not plan:
             continue
         assert plan.route == own.route
-        for name in ("hover_time_s", "rest_time_s", "objective", "bound"):
-            assert getattr(plan, name) == pytest.approx(getattr(own, name), abs=1e-9), name
+        assert plan == own
 
 
 @pytest.mark.parametrize("perspective", ["battery", "available"])
 @pytest.mark.parametrize("seed", [4, 5])
 def test_the_times_are_those_of_a_batch(seed: int, perspective: Any) -> None:
-    """To the last bit, and the bound too where an answer is not proved."""
+    """To rounding; through the wells to the last bit, with the bound of an answer not proved."""
     mission = drawn(seed)
     arrays = optuav.batch_arrays(mission, {}, perspective=perspective)
     plan = optuav.solve(mission, perspective=perspective)
     assert arrays["status_words"][arrays["status"]] == plan.status.value
     for name in ("hover_time_s", "rest_time_s", "bound"):
         stated = getattr(plan, name) if plan else None
-        np.testing.assert_array_equal(arrays[name], np.nan if stated is None else stated)
+        stated = np.nan if stated is None else stated
+        within_s = 0.0 if perspective == "available" else 1e-9
+        np.testing.assert_allclose(arrays[name], stated, rtol=0.0, atol=within_s)
 
 
 def test_a_bound_of_a_plan_that_is_not_proved_is_in_a_batch_too() -> None:
