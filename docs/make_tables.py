@@ -23,7 +23,8 @@ from formulations.formulation import Given
 from formulations.parameters import Quantities
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
-from optuav.engines.registry import CAPABILITIES, Capability
+from optuav.engines import registry
+from optuav.engines.registry import ENGINES, Engine
 from optuav.judge.benchmark import Answer, answers
 from optuav.mission.benchmark import PERSPECTIVES as BENCHMARK
 from optuav.mission.benchmark import recipes
@@ -103,10 +104,12 @@ def _must(values: Collection[str | None]) -> str:
 
 # Which engine takes which model
 
+OURS = [registry.engine(name) for name in ENGINES]
+
 
 def engines() -> Iterator[Row]:
     """Which engine takes which problem under which perspective, in continuous times or slots."""
-    yield ("problem", "perspective", "it is", *(f"`{engine.name}`" for engine in CAPABILITIES))
+    yield ("problem", "perspective", "it is", *(f"`{engine.name}`" for engine in OURS))
     yield from merged(merged(_engines(), column=1), column=0)
 
 
@@ -125,10 +128,10 @@ def _row(kinds: Sequence[Traits]) -> Row:
     """What some models are, and which engine takes them all."""
     kind = "linear" if all(one.linear for one in kinds) else "nonlinear, smooth"
     binary = ", binary" if any(one.integer for one in kinds) else ""
-    return (kind + binary, *(times(engine, kinds) for engine in CAPABILITIES))
+    return (kind + binary, *(times(engine, kinds) for engine in OURS))
 
 
-def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
+def times(engine: Engine, models: Sequence[Traits] = ()) -> str:
     """Which times an engine takes in all of some models, or at all."""
     words = {"continuous": False, "slots": True}
     if engine.slots is None:
@@ -166,7 +169,7 @@ PURPOSES = {
 """What an engine is for, and what its answer is worth."""
 
 
-def models(engine: Capability) -> str:
+def models(engine: Engine) -> str:
     """What kind of models an engine takes."""
     if not engine.nonlinear:
         return "linear"
@@ -176,14 +179,14 @@ def models(engine: Capability) -> str:
 def purposes() -> Iterator[Row]:
     """What each engine is for, short enough for a first page."""
     yield ("engine", "use it for", "its answer")
-    for engine in CAPABILITIES:
+    for engine in OURS:
         yield (f"`{engine.name}`", *PURPOSES[engine.name])
 
 
 def capabilities() -> Iterator[Row]:
     """What each engine takes."""
     yield ("engine", "models", "unknowns", "binary", "times")
-    for engine in CAPABILITIES:
+    for engine in OURS:
         most = "any number" if engine.most_unknowns is None else f"at most {engine.most_unknowns}"
         binary = "yes" if engine.integer else NONE
         yield (f"`{engine.name}`", models(engine), most, binary, times(engine))

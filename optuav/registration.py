@@ -11,8 +11,7 @@ from inspect import Parameter, get_annotations, isabstract, isfunction, signatur
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from formulations.formulation import Formulation
-from optuav.engines import registry
-from optuav.engines.registry import AUTO, ENGINES, Engine
+from optuav.engines.registry import ADDED, AUTO, ENGINES, Engine, Need, conforming
 from optuav.errors import Fault, InputError, nearest, refuse, shown
 from optuav.fields import MissionSection
 from optuav.flight import FLIGHTS
@@ -21,6 +20,7 @@ from optuav.laser import BEAMS
 from optuav.laser.beam import Beam, LaserTable
 from optuav.mission import Mission
 from optuav.mission.forms import CHOICES, SECTIONS, TABLES, forms, table_keys
+from optuav.mission.messages import unlisted
 from optuav.plan.pictures import OF_THE_PACKAGE, PICTURES, Picture
 from optuav.plugins import GROUP, read_plugins
 from optuav.solving.question import OWN_PROBLEMS, PROBLEM_NAMES, arguments_of, own_problem_faults
@@ -36,7 +36,7 @@ Result = TypeVar("Result")
 NAME = re.compile(r"\w[\w-]*")
 KINDS = (
     "must be a flight model (a subclass of FlightModel), a beam (a subclass of Beam), a problem (a "
-    "subclass of Formulation, or an instance), an engine (an instance with name, takes and solve) "
+    "subclass of Formulation, or an instance), an engine (an instance of a subclass of Engine) "
     "or a picture (a function of a plan)"
 )
 
@@ -178,8 +178,8 @@ def kind_of(thing: object) -> tuple[Kind, object]:
                 return kind, getattr(thing, "name", None)
         if issubclass(thing, Formulation):
             return PROBLEM, thing.__name__
-        if Engine in thing.__mro__ or hasattr(thing, "takes"):
-            registry.conforming(thing)  # type: ignore[arg-type]
+        if issubclass(thing, Engine):
+            conforming(thing)  # type: ignore[arg-type]
     elif isinstance(thing, Formulation):
         return PROBLEM, thing.name
     elif isinstance(thing, FlightModel | Beam):
@@ -187,8 +187,8 @@ def kind_of(thing: object) -> tuple[Kind, object]:
         raise InputError([Fault("register", name, f"must be the class {name}, not an instance")])
     elif isfunction(thing):
         return PICTURE, thing.__name__
-    elif any(hasattr(thing, name) for name in ("takes", "solve")):
-        return ENGINE, registry.conforming(thing).name  # type: ignore[arg-type]
+    elif isinstance(thing, Engine) or hasattr(thing, "solve"):
+        return ENGINE, conforming(thing).name  # type: ignore[arg-type]
     raise InputError([Fault("register", shown(thing), KINDS)])
 
 
@@ -276,10 +276,13 @@ def _faults_of_problem(problem: type[Formulation] | Formulation, name: str) -> I
 
 
 def _faults_of_engine(engine: Engine, name: str) -> Iterator[Fault]:
-    """Everything that is wrong with an engine that conforms to the protocol."""
-    if engine.takes.name != name:
-        words = f"the name of the engine, Capability({name!r}, ...)"
-        yield Fault(f"engine {name}: takes.name", shown(engine.takes.name), words)
+    """Everything that is wrong with what an engine takes, and with its `solve`."""
+    choices = {"nonlinear": (True, False), "integer": (True, False), "slots": (True, False, None)}
+    for attribute, known in choices.items():
+        if (value := getattr(engine, attribute)) not in known:
+            words = f"must be one of {', '.join(map(str, known))}"
+            yield Fault(f"engine {name}: {attribute}", shown(value), words)
+    yield from unlisted(*((f"engine {name}: needs", each, get_args(Need)) for each in engine.needs))
     try:
         signature(engine.solve).bind(None, 1, None, slot_s=None, time_limit_s=None)
     except TypeError:
@@ -317,13 +320,6 @@ FLIGHT = _kind(
 )
 BEAM = _kind("beam", BEAMS, _ours(BEAMS), partial(_faults_of_model, "laser", Beam, LaserTable))
 PROBLEM = _kind("problem", OWN_PROBLEMS, PROBLEM_NAMES, _faults_of_problem)
-ENGINE = Kind(
-    "engine",
-    registry.ADDED,
-    (AUTO, *ENGINES),
-    _faults_of_engine,
-    lambda _, engine: registry.add(engine),
-    registry.take_out,
-)
+ENGINE = _kind("engine", ADDED, (AUTO, *ENGINES), _faults_of_engine)
 PICTURE = _kind("picture", PICTURES, OF_THE_PACKAGE, _faults_of_picture)
 EVERY_KIND = (FLIGHT, BEAM, PROBLEM, ENGINE, PICTURE)

@@ -19,7 +19,6 @@ from optuav.diagnosis.key_prices import KeyPrice
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.report import Explanation
 from optuav.engines.prices import Residuals, ShadowPrice, ShadowPrices
-from optuav.engines.registry import Capability
 from optuav.engines.solution import Solution
 from optuav.exercises import Grade, Task
 from optuav.judge import Stop
@@ -64,7 +63,6 @@ def test_a_name_of_the_reference_has_an_example(name: str) -> None:
 RECORDS: list[Any] = [
     *(
         Battery,
-        Capability,
         Check,
         Constraint,
         FlightEvent,

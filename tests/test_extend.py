@@ -17,7 +17,7 @@ import pytest
 import optuav
 from optuav.cli import main
 from optuav.engines.nonlinear_form import nonlinear_form
-from optuav.engines.registry import Capability, Engine
+from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.fields import Speed
@@ -326,10 +326,18 @@ class Nothing(Engine):
     """An engine that solves nothing."""
 
     name: str = "nothing"
-    takes: Capability = Capability("nothing")
 
     def solve(self, model: Model, programmes: int, *_: Any, **__: Any) -> Solution:
         raise NotImplementedError
+
+
+class Wordy(Nothing):
+    nonlinear = "yes"  # type: ignore[assignment]
+    needs = ("derivative",)  # type: ignore[assignment]
+
+
+class Dated(Nothing):
+    takes = "linear models"
 
 
 class Short(Nothing):
@@ -373,7 +381,9 @@ def wells(plan: optuav.Plan) -> Any:
         (Nothing, r"engine = the class Nothing: must be an instance, such as Nothing\(\)"),
         (replace(Nothing(), name="grid"), "engine = 'grid': a name of its own"),
         (replace(Nothing(), name="two words"), "engine name = 'two words': the engine needs a n"),
-        (replace(Nothing(), name="none"), "takes.name = 'nothing': the name of the engine, Capab"),
+        (Wordy(), "engine nothing: nonlinear = 'yes': must be one of True, False"),
+        (Wordy(), "engine nothing: needs = 'derivative': .*derivatives, lower bounds, levelling"),
+        (Dated(), "Dated.takes: an engine states nonlinear, integer, slots, most_unknowns and ne"),
         (Short(), r"engine = 'nothing': must define solve\(self, model, programmes, values=None"),
         (lambda plan: plan, "picture name = '<lambda>': the picture needs a name of letters"),
         (wells, "picture = 'wells': a name of its own, none of the package"),

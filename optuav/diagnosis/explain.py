@@ -18,7 +18,7 @@ from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation
 from optuav.diagnosis.sentences import limit
-from optuav.engines.registry import Engine, capabilities
+from optuav.engines.registry import Engine, engine_names
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.judge import audit
@@ -230,7 +230,7 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
     if plan.problem not in PROBLEM_NAMES:
         words = "is not of the paper, and its file does not hold the formulation"
         raise InputError(f"the plan's problem {plan.problem} {words}: explain the mission with it")
-    if plan.engine not in ("", SIMULATION, *capabilities):
+    if plan.engine not in ("", SIMULATION, *engine_names()):
         words = "register it, or explain the mission with engine="
         raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")
     fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.engines.registry import Engine, capabilities
+from optuav.engines.registry import MOST_UNKNOWNS, Engine
 from optuav.engines.rows import (
     Rows,
     Section,
@@ -393,5 +393,7 @@ class Bracket(Engine):
     """
 
     name = NAME
-    takes = capabilities[NAME]
+    nonlinear = True
+    most_unknowns = MOST_UNKNOWNS
+    needs = ("lower bounds", "levelling")
     solve = staticmethod(solve)

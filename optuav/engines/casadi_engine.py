@@ -22,7 +22,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import own_bounds, reaches
-from optuav.engines.registry import OneByOne, Single, capabilities
+from optuav.engines.registry import OneByOne, Single
 from optuav.engines.solution import Solution, single, without_solver
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import evaluated
@@ -343,7 +343,8 @@ class Casadi(OneByOne):
     """
 
     name = NAME
-    takes = capabilities[NAME]
+    nonlinear = True
+    needs = ("derivatives",)
     accuracy: float = ACCURACY
     iterations: int = ITERATIONS
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Integers, Values
 from optuav.engines.linear_form import linear_form
-from optuav.engines.registry import MOST_UNKNOWNS, Engine, capabilities
+from optuav.engines.registry import MOST_UNKNOWNS, Engine
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
@@ -145,5 +145,6 @@ class ClosedForm(Engine):
     """
 
     name = NAME
-    takes = capabilities[NAME]
+    most_unknowns = MOST_UNKNOWNS
+    needs = ("lower bounds",)
     solve = staticmethod(solve)

@@ -22,7 +22,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
-from optuav.engines.registry import OneByOne, Single, capabilities
+from optuav.engines.registry import OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
 from optuav.modelling.check import TOLERANCE
@@ -255,12 +255,13 @@ class Cvxpy(OneByOne):
     Examples
     --------
     >>> from optuav.engines.cvxpy_engine import Cvxpy
-    >>> Cvxpy(solver="clarabel").takes.integer
+    >>> Cvxpy(solver="clarabel").integer
     True
     """
 
     name = NAME
-    takes = capabilities[NAME]
+    integer = True
+    slots = True
     solver: str | None = None
 
     def prepare(

@@ -22,7 +22,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import own_bounds, slot_ranges
-from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capabilities
+from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single
 from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
@@ -223,7 +223,10 @@ class Grid(OneByOne):
 
     progress: Progress | None = field(default=None, compare=False, repr=False)
     name = NAME
-    takes = capabilities[NAME]
+    nonlinear = True
+    slots = None
+    most_unknowns = MOST_UNKNOWNS
+    needs = ("lower bounds",)
 
     def __post_init__(self) -> None:
         if self.progress is not None and not callable(self.progress):

@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Values
 from optuav.engines.linear_form import own_bounds
 from optuav.engines.pyomo_model import NAME, failures_named, library, to_pyomo
-from optuav.engines.registry import Capability, OneByOne, Single
+from optuav.engines.registry import Need, OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single, without_solver
 from optuav.errors import Fault, InputError, SolverError, refuse, shown
 from optuav.modelling.classify import traits
@@ -62,6 +62,7 @@ class Pyomo(OneByOne):
     """
 
     name = NAME
+    integer = True
     solver: str = HIGHS
     options: Mapping[str, Operand] = field(default_factory=dict, hash=False)
 
@@ -86,11 +87,14 @@ class Pyomo(OneByOne):
             yield Fault(f"options[{shown(key)}]", shown(option), "an option and a value of HiGHS")
 
     @property
-    def takes(self) -> Capability:  # type: ignore[override]
-        """The models the solver takes, as far as known."""
-        if self.solver in LINEAR:
-            return Capability(NAME, integer=True)
-        return Capability(NAME, nonlinear=True, integer=True, needs=("derivatives",))
+    def nonlinear(self) -> bool:  # type: ignore[override]
+        """Whether the solver takes models that are not linear, as far as known."""
+        return self.solver not in LINEAR
+
+    @property
+    def needs(self) -> tuple[Need, ...]:  # type: ignore[override]
+        """Derivatives, if the models are not linear."""
+        return ("derivatives",) if self.nonlinear else ()
 
     def prepare(
         self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None

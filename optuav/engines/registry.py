@@ -1,14 +1,13 @@
-"""Engines: the protocol that they follow, what each takes, and the registry by name.
+"""Engines: their base class, which states what each takes, and the registry by name.
 
 An engine from outside the package is registered by `optuav.register`, or handed over as an object.
 Those of the package load when they are first asked for.
 """
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -29,38 +28,35 @@ They are numbers by name, or arrays with one entry a programme.
 Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for one programme
 
 
-@dataclass(frozen=True)
-class Capability:
-    """Capability of an engine: the models it takes.
+class Engine(ABC):
+    """Base class of engines: small objects that solve models; their fields are their options.
 
-    Parameters
-    ----------
-    name
-        Name of the engine for `optuav.solve`.
-    nonlinear, integer
-        Whether it takes models that are not linear, and binary unknowns.
-    slots
-        Whether it takes times in whole slots; None if it takes nothing else.
-    most_unknowns
-        None for any number.
-    needs
-        ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
-        longest of at most two times, or a multiple of it, as objective, and as constraints what
-        phases of constant current give.
+    A subclass states its `name` and, as attributes, which models it takes, and defines `solve`.
+    As it stands, an engine takes linear models without binary unknowns, in continuous times.
 
     Examples
     --------
     >>> from optuav.engines.registry import engine
-    >>> engine("grid").takes.nonlinear, engine("closed-form").takes.nonlinear
+    >>> engine("cvxpy")
+    Cvxpy(solver=None)
+    >>> engine("grid").nonlinear, engine("closed-form").nonlinear
     (True, False)
     """
 
     name: str
+    """Name of the engine for `optuav.solve`."""
     nonlinear: bool = False
+    """Whether it takes models that are not linear."""
     integer: bool = False
+    """Whether it takes binary unknowns."""
     slots: bool | None = False
+    """Whether it takes times in whole slots; None if it takes nothing else."""
     most_unknowns: int | None = None
+    """The most unknowns that it takes; None for any number."""
     needs: tuple[Need, ...] = ()
+    """``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
+    longest of at most two times, or a multiple of it, as objective, and as constraints what phases
+    of constant current give."""
 
     def obstacle(self, model: Traits, slots: bool) -> str:
         """Why the engine does not take a model; empty if it does."""
@@ -84,26 +80,6 @@ class Capability:
         if slots and self.slots is False:
             return "it takes continuous times only"
         return ""
-
-
-class Engine(Protocol):
-    """Protocol of an engine: a small object that solves models; its fields are its options.
-
-    A subclass states `name` and `takes`, and defines `solve`.
-
-    Examples
-    --------
-    >>> from optuav.engines.registry import engine
-    >>> engine("cvxpy")
-    Cvxpy(solver=None)
-    >>> engine("bracket").takes.most_unknowns
-    2
-    """
-
-    name: str
-    """Name of the engine for `optuav.solve`."""
-    takes: Capability
-    """The models it takes."""
 
     @abstractmethod
     def solve(
@@ -194,41 +170,22 @@ class OneByOne(Engine):
 
 
 AUTO = "auto"  # Stands for the first engine that takes a model
-PLACES = {
-    "closed_form.ClosedForm": Capability(
-        "closed-form", most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)
-    ),
-    "cvxpy_engine.Cvxpy": Capability("cvxpy", integer=True, slots=True),
-    "bracket.Bracket": Capability(
-        "bracket", True, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds", "levelling")
-    ),
-    "casadi_engine.Casadi": Capability("casadi", nonlinear=True, needs=("derivatives",)),
-    "grid.Grid": Capability(
-        "grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)
-    ),
+CLASSES = {
+    "closed-form": "closed_form.ClosedForm",
+    "cvxpy": "cvxpy_engine.Cvxpy",
+    "bracket": "bracket.Bracket",
+    "casadi": "casadi_engine.Casadi",
+    "grid": "grid.Grid",
 }
-"""Capability of each engine of the package by module and class, in the order of "auto".
-
-In slots "auto" prefers one that takes nothing else.
-"""
-CAPABILITIES = tuple(PLACES.values())
-CLASSES = {capability.name: place for place, capability in PLACES.items()}
+"""Module and class of each engine of the package by name, in the order of "auto"."""
 ENGINES = tuple(CLASSES)  # Names of the engines of the package
-
 ADDED: dict[str, Engine] = {}
 """Engines from outside the package by name, see `optuav.register`; `auto` tries them last."""
-capabilities = {capability.name: capability for capability in CAPABILITIES}
-"""Capability of each engine by name: built-in engines first, then registered ones."""
 
 
-def add(engine: Engine) -> None:
-    """Make an engine known by its name."""
-    ADDED[engine.name], capabilities[engine.name] = engine, engine.takes
-
-
-def take_out(name: str) -> None:
-    """Forget an engine that was added."""
-    del ADDED[name], capabilities[name]
+def engine_names() -> tuple[str, ...]:
+    """Names of all engines, in the order in which `auto` tries them."""
+    return (*ENGINES, *ADDED)
 
 
 def of_the_package(given: Engine) -> bool:
@@ -241,12 +198,12 @@ def conforming(given: Engine) -> Engine:
     if isinstance(given, type):
         words = f"must be an instance, such as {given.__name__}(), not the class"
         raise InputError([Fault("engine", shown(given), words)])
-    known = isinstance(getattr(given, "takes", None), Capability)
-    known &= isinstance(getattr(given, "name", None), str)
-    known &= all(callable(getattr(given, method, None)) for method in ("solve", "compile"))
-    if not known:
-        words = "a name, or an object with name, takes (a Capability), solve and compile, an Engine"
+    if not isinstance(given, Engine) or not isinstance(getattr(given, "name", None), str):
+        words = "a name, or an instance of a subclass of Engine that states its name"
         raise InputError([Fault("engine", shown(given), words)])
+    if hasattr(given, "takes"):
+        words = "an engine states nonlinear, integer, slots, most_unknowns and needs itself"
+        raise InputError([Fault(f"{type(given).__name__}.takes", "", words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):
         raise InputError([Fault("engine", shown(given.name), "a name of its own")])
     return given
@@ -259,7 +216,7 @@ def engine(wanted: str | Engine) -> Engine:
     if wanted in ADDED:
         return ADDED[wanted]
     if wanted not in CLASSES:
-        raise InputError([Fault("engine", shown(wanted), f"one of {', '.join(capabilities)}")])
+        raise InputError([Fault("engine", shown(wanted), f"one of {', '.join(engine_names())}")])
     module, _, name = CLASSES[wanted].partition(".")
     found: Engine = getattr(import_module(f"optuav.engines.{module}"), name)()
     return found
@@ -267,26 +224,4 @@ def engine(wanted: str | Engine) -> Engine:
 
 def takers(model: Traits, slots: bool) -> tuple[str, ...]:
     """Names of the engines that take a model."""
-    return tuple(name for name, each in capabilities.items() if not each.obstacle(model, slots))
-
-
-def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> None:
-    """Refuse an engine that does not take a model, and say which do, or how to get a linear one."""
-    known = capabilities.get(wanted) if isinstance(wanted, str) else None
-    takes = known or engine(wanted).takes  # which refuses a name that is not known
-    if why := takes.obstacle(model, slots):
-        others = ", ".join(takers(model, slots)) or "none"
-        hint = linear if model.nonlinear and not takes.nonlinear else ""
-        words = f"engine {takes.name} does not take this model: {why}."
-        raise InputError(f"{words} Engines that do: {others}{hint}")
-
-
-def preferred(model: Traits, slots: bool) -> Engine:
-    """The first engine that takes a model, in slots one for only slots; refused if none does."""
-    able = takers(model, slots)
-    slots_only = [name for name in able if capabilities[name].slots is None]
-    others = [name for name in able if name not in slots_only]
-    if names := [*slots_only, *others] if slots else others:
-        return engine(names[0])
-    more = f" in continuous times: state slot_s for engine {slots_only[0]}" if slots_only else ""
-    raise InputError(f"no engine takes this model ({model}){more}")
+    return tuple(each for each in engine_names() if not engine(each).obstacle(model, slots))

@@ -9,7 +9,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from optuav.arrays import Booleans, Floats
-from optuav.engines.registry import preferred
+from optuav.engines.dispatch import preferred
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.exercises.task import Condition, Conditions, Task

@@ -66,8 +66,10 @@ def roofs_below(buildings: Buildings, places_m: Floats) -> Integers:
     if level.any():
         at_m, none = places_m[level], np.full((np.count_nonzero(level), 1), CLEAR)
         away_m = np.array([0.0, 0.0, 3.0 * MARGIN_M])
-        ends_m, obstacles = (at_m - away_m, at_m + away_m), prisms(buildings)
-        below, above = (crossed(obstacles, end_m, end_m, none) for end_m in ends_m)
+        ends_m = np.concatenate([at_m - away_m, at_m + away_m])
+        below, above = np.split(
+            crossed(prisms(buildings), ends_m, ends_m, np.tile(none, (2, 1))), 2
+        )
         building[level] = np.where(below == above, CLEAR, below)
     return building
 

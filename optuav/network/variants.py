@@ -247,7 +247,8 @@ def stacked(*networks: Network) -> Variants:
     """
     first, missions = networks[0], [network.mission for network in networks]
     columns = dict[str, Floats]()
-    for table, keys in groupby(numeric_keys(), lambda key: key.partition(".")[0]):
+    comparable = numeric_keys() if len(networks) > 1 else ()
+    for table, keys in groupby(comparable, lambda key: key.partition(".")[0]):
         tables = [getattr(mission, table) for mission in missions]
         if all(each == tables[0] for each in tables[1:]):
             continue

@@ -8,6 +8,7 @@ from optuav.mission.validation import START_ROUNDING
 from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector, distance
+from optuav.tables import Wind
 
 SAVED = 1e-9  # Share of the current in wind that calm air must add to count
 
@@ -82,12 +83,12 @@ def hover_load(mission: Mission) -> Flow:
 
 def in_calm_air(mission: Mission) -> Mission | None:
     """The mission without its wind, if that saves charge while hovering; else None."""
-    if mission.wind is None:
+    if mission.wind == Wind():
         return None
-    calm = mission.replace({"wind": None})
+    calm = mission.model_copy(update={"wind": Wind()})  # Not validated, as it may not count
     drawn_A, calm_A = (float(hover_load(each).current_A) for each in (mission, calm))
     counts = np.isfinite(drawn_A) and not calm_A <= drawn_A * (1.0 + SAVED)
-    return calm if counts else None
+    return mission.replace({"wind": None}) if counts else None
 
 
 def laser_distance_m(mission: Mission, place_m: Vector) -> Quantity:

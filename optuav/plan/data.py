@@ -190,9 +190,7 @@ class PlanData(Record):
     @property
     def runs_dry_s(self) -> float | None:
         """When the available well is empty, or no pack is left to fly on [s]; None if never."""
-        if self.mission.battery.takes_turns:
-            return carry(self.mission, self._existing()).ended_s
-        return self._first_crossing_s(full=False)
+        return self.limits_passed_s()[0]
 
     @property
     def overfull_s(self) -> float | None:
@@ -200,18 +198,17 @@ class PlanData(Record):
 
         Where packs take turns, and where charging tapers, a full pack takes no more than it holds.
         """
-        battery = self.mission.battery
-        refuses = battery.takes_turns or battery.charging == "taper"
-        return None if self._existing() and refuses else self._first_crossing_s(full=True)
+        return self.limits_passed_s()[1]
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on why the battery cannot fly the plan; empty if it can."""
         sentences, turns = [], self.mission.battery.takes_turns
-        if (dry_s := self.runs_dry_s) is not None:
+        dry_s, full_s = self.limits_passed_s()
+        if dry_s is not None:
             what = "no pack is left to fly on" if turns else "the available well runs dry"
             sentences.append(f"{what} at {dry_s:.2f} s: this plan cannot be flown")
-        if (full_s := self.overfull_s) is not None:
+        if full_s is not None:
             what = f"charging drives the available well past full at {full_s:.2f} s"
             sentences.append(f"{what}: the battery would take less than the plan counts on")
         return tuple(sentences)
@@ -234,15 +231,20 @@ class PlanData(Record):
             raise NoPlanError(f"there is no plan ({self.status.value}): {why}")
         return self.phases
 
-    def _first_crossing_s(self, *, full: bool) -> float | None:
-        """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
-        pool, time_to = self.mission.pool, time_to_full if full else time_to_empty
-        charged = steps(self.mission, self._existing())
-        for _, start_s, (current_A, duration_s), before, after in charged:
+    def limits_passed_s(self) -> tuple[float | None, float | None]:
+        """Both `runs_dry_s` and `overfull_s`, of which one flight through the wells tells both."""
+        phases, battery = self._existing(), self.mission.battery
+        if battery.takes_turns:
+            return carry(self.mission, phases).ended_s, None
+        pool, dry_s, full_s = self.mission.pool, None, None
+        # y1 is extreme at the end of a stage.
+        for _, start_s, (current_A, duration_s), before, after in steps(self.mission, phases):
             level = after.available_As / pool.capacity_As
-            if level > pool.available_fraction + ROUNDING if full else level < -ROUNDING:
-                return float(start_s + min(time_to(pool, before, current_A), duration_s))
-        return None
+            if dry_s is None and level < -ROUNDING:
+                dry_s = float(start_s + min(time_to_empty(pool, before, current_A), duration_s))
+            if full_s is None and level > pool.available_fraction + ROUNDING:
+                full_s = float(start_s + min(time_to_full(pool, before, current_A), duration_s))
+        return dry_s, None if battery.charging == "taper" else full_s
 
     def to_frame(self) -> DataFrame:
         """One row per phase, in order; needs pandas (``python -m pip install pandas``).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -38,8 +39,9 @@ class Balance(NamedTuple):
     most_hover_s: Quantity = math.inf
 
 
+@lru_cache(maxsize=1)
 def balance(variants: Variants, perspective: Perspective) -> Balance:
-    """The balance of all routes of all variants."""
+    """The balance of all routes of all variants; the last one is kept."""
     columns, routes = turned(figures(variants)), variants.network.routes
     whole = Balance(*affine_charge(columns, perspective), columns.time_left)
     if variants.mission.limits.keep_soc == "end":

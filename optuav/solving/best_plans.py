@@ -37,6 +37,7 @@ from optuav.status import SAME_S, Status
 Codes: TypeAlias = npt.NDArray[np.int8]
 
 STATUSES = tuple(Status)
+LONGEST = P1, P3, P4  # The problems of the longest hover
 REASONS = {
     "none": "there is a plan",
     "contradiction": "the numbers of the mission contradict each other, as where "
@@ -60,7 +61,8 @@ REASONS = {
     "(wind.velocity_m_s, flight.max_speed_m_s)",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
-ROUNDS = 3  # Bracketing rounds: the most promising open route; in the last round, all open routes
+SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
+ROUNDS = 3  # Bracketing rounds: the most promising open routes; in the last round, all open ones
 STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
 BEYOND_S = 1e-6  # Time after Newton's moment when the well is shown to be empty [s]
 ROUNDING = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
@@ -106,24 +108,22 @@ class Candidates(NamedTuple):
     # By variant: the status of its best candidate, or without one.
     status: Codes
     otherwise: Codes
-    # Only for a question that an engine answers
-    objective: Floats | None = None
+    objective: Floats | None = None  # Only for a question that an engine answers
     bound: Floats | None = None  # By variant; NaN where the answer is proved
 
 
 def takes_arrays(mission: Mission, question: Question) -> bool:
     """Return whether `best_plans` answers a question; else each mission is solved separately."""
     problem, through_wells = question.problem, question.perspective not in PAPER
-    searched = question.several or question.speed_free or question.p1.hover_point == "free"
     compared = isinstance(problem, P2) and through_wells  # with (P1), for its proof
-    return not (searched or compared or mission.battery.takes_turns)
+    return not (question.several or question.searched or compared or mission.battery.takes_turns)
 
 
 def best_plans(variants: Variants, question: Question) -> Best:
     """The best plans with one stop by the tie rule of `optuav.solve`, one per variant."""
     problem, perspective = question.problem, question.perspective
     table, early = figures(variants), impossible(variants)
-    able, longest_hover = allowed(variants, problem, early == 0), type(problem) in (P1, P3, P4)
+    able, longest_hover = allowed(variants, problem, early == 0), type(problem) in LONGEST
     if perspective == "wells" or not longest_hover:
         answers = _answered(variants, question, able)
     elif perspective == AVAILABLE:
@@ -162,7 +162,7 @@ def best_plans(variants: Variants, question: Question) -> Best:
         "objective": times_s[0] if answers.objective is None else answers.objective[won],
         "bound": np.nan if answers.bound is None else answers.bound[variant],
     }
-    plans = {name: np.broadcast_to(each, variant.shape) for name, each in columns.items()}
+    plans = {name: _filled(each, variant.shape) for name, each in columns.items()}
     if np.count_nonzero(kept) == variants.count:
         return Best(**plans)
     best = Best.none(variants.count)
@@ -212,7 +212,7 @@ def _reasons(variants: Variants, able: Booleans, otherwise: Codes, question: Que
     table = figures(variants)
     flight_s = np.where(able, table.flight_time_s, np.inf).min(axis=1, keepdims=True)
     last = "together"
-    if type(question.problem) in (P1, P3, P4):
+    if type(question.problem) in LONGEST:
         last = "wells" if question.perspective == AVAILABLE else "charge"
     code = np.full(variants.count, CODES[last], np.int8)
     if last == "wells":
@@ -253,17 +253,17 @@ def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) ->
 def _never_dry(variants: Variants, able: Booleans) -> Candidates:
     """The longest hovers that the available well allows.
 
-    The most promising route of each variant is bracketed first. Routes whose bound is shorter than
-    the hover on it are left out.
+    The most promising routes of each variant are bracketed first. Routes whose bound is shorter
+    than the hover on them are left out.
     """
     most_s = _most_s(variants, able)
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, fill) for fill in (np.nan, np.nan, -np.inf))
     open_, least_s = most_s >= 0.0, np.zeros(variants.count)
     for number in range(ROUNDS):
         if number < ROUNDS - 1:
-            route = np.where(open_, most_s, -np.inf).argmax(axis=0)
-            (variant,) = np.nonzero(open_[route, np.arange(variants.count)])
-            route = route[variant]
+            left_s = np.where(open_, most_s, np.nan)
+            tops_s = np.fmax.reduce(left_s, axis=0) - SAME_S
+            route, variant = np.nonzero(left_s >= tops_s)
         else:
             route, variant = np.nonzero(open_)
         for some, steps in _in_steps(variants, variant, route):
@@ -275,12 +275,14 @@ def _never_dry(variants: Variants, able: Booleans) -> Candidates:
         open_[route, variant] = False
         open_ &= ~(most_s < least_s)
     variant, route = np.nonzero((hover_s >= least_s).T)
-    not_closed = beyond_s.max(axis=0) > top_s + SAME_S
+    most_s = beyond_s.max(axis=0)
+    not_closed = most_s > top_s + SAME_S
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     status[not_closed] = STATUSES.index(Status.FEASIBLE)
     otherwise[~np.isneginf(beyond_s).all(axis=0)] = STATUSES.index(Status.UNKNOWN)
     times_s = hover_s[route, variant], rest_s[route, variant]
-    return Candidates(variant, route, *times_s, status, otherwise)
+    bound_s = np.where(not_closed, most_s, np.nan)
+    return Candidates(variant, route, *times_s, status, otherwise, bound=bound_s)
 
 
 def _most_s(variants: Variants, able: Booleans) -> Floats:
@@ -403,6 +405,11 @@ def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:
     with np.errstate(invalid="ignore", over="ignore"):  # without an answer
         held = [np.broadcast_to(r.satisfied, answered.shape) for r in evaluated(model, point)]
     return np.asarray(answered & ~np.logical_and.reduce(held, initial=True))
+
+
+def _filled(values: Quantity, shape: tuple[int, ...]) -> Any:
+    """An array of a shape, from one of it or from a number."""
+    return values if np.shape(values) == shape else np.broadcast_to(values, shape)
 
 
 def _every(variants: Variants, status: Status) -> Codes:

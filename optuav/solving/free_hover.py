@@ -43,7 +43,7 @@ from optuav.solving.best_plans import hover_bounds_s, hover_times_s
 from optuav.solving.maximise import AROUND, Lengths, Point, all_around, maximise
 from optuav.solving.outcome import best
 from optuav.solving.parts import Part, allowed, groups
-from optuav.solving.program import Program, declared_program
+from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question
 from optuav.status import Status
 
@@ -310,65 +310,78 @@ class PointSearch:
         return np.concatenate([points_m, *along_m, *level_m])
 
 
-def free_program(question: Question, mission: Mission, *, declared: bool = True) -> FreeProgram:
-    """(P1) with the hover point free, for the routes that some point may make flyable.
+def free_program(question: Question, mission: Mission) -> FreeProgram:
+    """(P1) with the hover point free, for the routes that some point may make flyable."""
+    network = build_network(mission)
+    reached, parts = _reached(question, network), list[Part]()
+    ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
+    for group, rests in groups(network.routes, reached, ordered=ordered):
+        which = reached[group]
+        parts.append(Part(_declared(network, which, rests, question.perspective), which))
+    reasons = () if len(reached) else declared_program(_at_mission(question), network).reasons
+    return FreeProgram(question, network, tuple(parts), reasons)
+
+
+def _at_mission(question: Question) -> Question:
+    """The question with the hover point of the mission itself."""
+    problem = replace(question.p1, hover_point="w_U")
+    return replace(question, problem=problem, engine=AUTO, time_limit_s=None)
+
+
+def _reached(question: Question, network: Network) -> Integers:
+    """Numbers of the routes that some hover point may make flyable."""
+    mission, region = network.mission, HoverRegion(network.mission)
+    if region.low_m > region.high_m or np.isnan(vehicle.hover_load(mission).current_A):
+        return np.zeros(0, dtype=np.intp)
+    legs, table = network.routes.legs, network.legs
+    apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
+    usable = (table.flyable[legs] | ~apart).all(axis=1)
+    opened = replace(network, routes=replace(network.routes, flyable=usable))
+    return np.flatnonzero(allowed(stacked(opened), question.problem)[0])
+
+
+def longest_anywhere(question: Question, mission: Mission) -> Plan:
+    """The best plan found, wherever it hovers; locally optimal, never worse than at w_U.
 
     A search needs no declaration, which not every flight model and beam has.
     """
-    fixed = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
-    at_mission = declared_program(replace(fixed, time_limit_s=None), build_network(mission))
-    region, network, parts = HoverRegion(mission), at_mission.network, list[Part]()
-    reached = np.zeros(0, dtype=np.intp)
-    if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
-        legs, table = network.routes.legs, network.legs
-        apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
-        usable = (table.flyable[legs] | ~apart).all(axis=1)
-        opened = replace(network, routes=replace(network.routes, flyable=usable))
-        reached = np.flatnonzero(allowed(stacked(opened), question.problem)[0])
-        ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
-        for group, rests in groups(opened.routes, reached, ordered=ordered) if declared else ():
-            which = reached[group]
-            parts.append(Part(_declared(network, which, rests, question.perspective), which))
-    reasons = () if len(reached) else at_mission.reasons
-    return FreeProgram(question, network, tuple(parts), reasons, at_mission, reached)
+    begin, network = time.monotonic(), build_network(mission)
+    at_mission, reached = _at_mission(question), _reached(question, network)
+    stated_plan = best_plan(at_mission, network)
+    if not len(reached):
+        return stated_plan
+    others = [] if mission.route.hover_m is None else [None]
+    # The plan at each point takes about as long as that at the mission's own.
+    last_s = (1 + len(others)) * (time.monotonic() - begin)
+    latest = begin + (question.time_limit_s or math.inf)
+    search = PointSearch(question.perspective, mission, latest - last_s)
+    points_m = search.best_m(reached)
+    plans = [stated_plan] if stated_plan else []
+    for hover_m in (*others, *points_m):
+        moved = build_network(mission.replace({"route.hover_m": hover_m}))
+        plan = best_plan(at_mission, moved)
+        plans += [plan] if plan else []
+    if not plans and search.ended:
+        raise SolverError(f"{LATE}, without a plan or proof that none exists")
+    if not plans:
+        reasons = ("no hover point was found that has a plan", *stated_plan.reasons)
+        return stated_plan.model_copy(update={"reasons": reasons})
+    figures = [(plan.hover_time_s, plan.mission_time_s, len(plan.route)) for plan in plans]
+    chosen = plans[best(*zip(*figures, strict=True)) or 0]
+    notes = (_gain(chosen, stated_plan), *chosen.notes)
+    known = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
+    if search.ended:
+        known = {"proof": TRIED, "status": Status.FEASIBLE, "notes": (LATE, *notes)}
+    return chosen.model_copy(update=known)
 
 
 @dataclass(frozen=True)
 class FreeProgram(Program):
     """A program whose hover point is unknown: print it, check points, or solve it."""
 
-    own: Program  # The same with the hover point of the mission itself
-    reached: Integers  # Routes that some point may make flyable
-
     def solve(self) -> Plan:
-        """The best plan found; locally optimal, and never worse than hovering at w_U."""
-        begin, mission = time.monotonic(), self.network.mission
-        stated_plan = self.own.solve()
-        if not len(self.reached):
-            return stated_plan
-        others = [] if mission.route.hover_m is None else [None]
-        # The plan at each point takes about as long as that at the mission's own.
-        last_s = (1 + len(others)) * (time.monotonic() - begin)
-        latest = begin + (self.question.time_limit_s or math.inf)
-        search = PointSearch(self.question.perspective, mission, latest - last_s)
-        points_m = search.best_m(self.reached)
-        plans = [stated_plan] if stated_plan else []
-        for hover_m in (*others, *points_m):
-            moved = build_network(mission.replace({"route.hover_m": hover_m}))
-            plan = declared_program(self.own.question, moved).solve()
-            plans += [plan] if plan else []
-        if not plans and search.ended:
-            raise SolverError(f"{LATE}, without a plan or proof that none exists")
-        if not plans:
-            reasons = ("no hover point was found that has a plan", *stated_plan.reasons)
-            return stated_plan.model_copy(update={"reasons": reasons})
-        figures = [(plan.hover_time_s, plan.mission_time_s, len(plan.route)) for plan in plans]
-        chosen = plans[best(*zip(*figures, strict=True)) or 0]
-        notes = (_gain(chosen, stated_plan), *chosen.notes)
-        known = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
-        if search.ended:
-            known = {"proof": TRIED, "status": Status.FEASIBLE, "notes": (LATE, *notes)}
-        return chosen.model_copy(update=known)
+        """The best plan found; see `longest_anywhere`."""
+        return longest_anywhere(self.question, self.network.mission)
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
         """Refused: the plan's mission, which states the point found, has shadow prices."""

@@ -28,9 +28,10 @@ from optuav.physics.quantity import Quantity
 from optuav.physics.rotary_wing import level_direction, level_length
 from optuav.plan import Plan
 from optuav.solving.assemble import legs_and_stays, quantities
+from optuav.solving.best_plans import SLACK_S
 from optuav.solving.outcome import best
 from optuav.solving.parts import Part, groups
-from optuav.solving.program import SLACK_S, Program, declared_program
+from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question
 from optuav.solving.speed_search import (
     LegSpeeds,
@@ -99,7 +100,7 @@ class FreeSpeedProgram(Program):
 
     def _at(self, network: Network) -> Plan:
         """The best plan at the speeds of a network."""
-        return declared_program(self.stated, network).solve()
+        return best_plan(self.stated, network)
 
     def _priced(self, routes: Integers) -> Plan:
         """The best plan by the price of a second."""

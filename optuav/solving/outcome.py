@@ -225,6 +225,8 @@ def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]
 
     With a note where no mission could have them.
     """
+    if point.keys() <= {*TIMES}:
+        return network, []
     values = {key: point[name] for name, key in _keys_by_name().items() if name in point}
     if not values:
         return network, []
@@ -251,12 +253,10 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
     landed = [""]
-    # The declaration has the stages that any of its routes has, bent ways more than straight ones.
-    whole = part.routes if part.whole is None else part.whole
-    routes = (legs_and_stays(network, numbers, part.rests) for numbers in (part.routes, whole))
-    for (legs, stay), (all_legs, _) in zip(*routes, strict=True):
+    for legs, stay in legs_and_stays(network, part.routes, part.rests):
         leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
-        stages = np.flatnonzero(table.durations_s[:, all_legs].any(axis=1)).tolist()
+        # The declaration has the stages that any of its routes has, bent ways more than straight.
+        stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
         of_flight = "of the flight {} → {}".format(*leg)
         for stage in stages[:-1]:
             ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
@@ -472,7 +472,8 @@ def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
     note += f"promises {hover_s[route]:.2f} s of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
     flown = plan.model_copy(update={"phases": phases})
-    ends = (flown.overfull_s, "overfill the available well"), (flown.runs_dry_s, "run dry and fall")
+    dry_s, full_s = flown.limits_passed_s()
+    ends = (full_s, "overfill the available well"), (dry_s, "run dry and fall")
     if faults := [f"{words} at {at_s:.2f} s" for at_s, words in ends if at_s is not None]:
         note += f"; that plan would {' and '.join(faults)}"
     elif others := [event for event in replay(flown).violations if event.kind != MISMATCH]:

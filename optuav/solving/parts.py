@@ -29,7 +29,6 @@ class Part:
     routes: Integers  # Numbers of the itineraries
     # Values of parameters unlike the declared ones; arrays with one entry per itinerary
     given: Values = field(default_factory=dict)
-    whole: Integers | None = None  # Routes that it was declared for, if some are left out
 
     @cached_property
     def model(self) -> Model:
@@ -40,12 +39,6 @@ class Part:
     def is_seen(self) -> bool:
         """True if somebody asked for the model, and may have changed it."""
         return "model" in vars(self)
-
-    def only(self, entries: Booleans) -> Part:
-        """The part over some of its itineraries."""
-        values = {k: each[entries] if np.ndim(each) else each for k, each in self.given.items()}
-        whole = self.routes if self.whole is None else self.whole
-        return Part(self.declared, self.routes[entries], values, whole)
 
     @cached_property
     def unknowns(self) -> frozenset[str]:

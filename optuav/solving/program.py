@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from formulations.soc import AVAILABLE, PAPER
+from formulations.soc import AVAILABLE
 from optuav.arrays import Floats, Integers, plain
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
-from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
+from optuav.engines.registry import AUTO, Engine, engine_names, of_the_package, takers
 from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable, printed
 from optuav.mission.messages import nearest, shown, written_out
@@ -30,13 +30,12 @@ from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.balance import TIMES
-from optuav.solving.best_plans import hover_bounds_s
 from optuav.solving.files import writer
+from optuav.solving.longest_hover import longest_hover
 from optuav.solving.parts import Part, allowed, declarations
 from optuav.solving.question import Question, answer, chosen_engine
-from optuav.status import SAME_S, Status
+from optuav.status import Status
 
-SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
 MOST_REASONS = 10  # blocked legs that are named one by one
 ENDLESS = (
     "no constraint keeps the objective finite: "
@@ -58,6 +57,20 @@ def declared_program(question: Question, network: Network) -> "Program":
     if not parts and not reasons:
         reasons = _no_route(question, network)
     return Program(question, network, tuple(parts), reasons)
+
+
+def best_plan(question: Question, network: Network) -> Plan:
+    """The best plan over all itineraries; see `Program.solve`."""
+    plan = longest_plan(question, network)
+    return declared_program(question, network).plan_of_engine() if plan is None else plan
+
+
+def longest_plan(question: Question, network: Network) -> Plan | None:
+    """The plan of `longest_hover`, evaluated on the model of its route."""
+    if (found := longest_hover(question, network)) is None:
+        return None
+    part, solution = found
+    return Program(question, network, (part,), ()).plan([solution])
 
 
 def _no_route(question: Question, network: Network) -> tuple[str, ...]:
@@ -141,7 +154,7 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.declared), slots) for part in self.parts]
-        return tuple(name for name in capabilities if able and all(name in each for each in able))
+        return tuple(name for name in engine_names() if able and all(name in each for each in able))
 
     def _repr_html_(self) -> str:
         from xml.etree.ElementTree import Element
@@ -336,6 +349,12 @@ class Program:
         SolverError
             If the engine fails, runs out of time or returns a point that is not feasible.
         """
+        changed = any(part.is_seen for part in self.parts)
+        plan = None if changed else longest_plan(self.question, self.network)
+        return self.plan_of_engine() if plan is None else plan
+
+    def plan_of_engine(self) -> Plan:
+        """The best plan by the answers of the engine to all models."""
         question, network = self.question, self.network
         if not self.parts:
             status = Status.INFEASIBLE
@@ -344,8 +363,7 @@ class Program:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
             return outcome.replayed(packs_by_schedule(question, network, self.parts))
-        contending, solutions = self._contending()
-        return contending.plan(solutions)
+        return self.plan(self.answers())
 
     def answers(self) -> list[Solution]:
         """The engine's answers to all programmes, one `Solution` per part."""
@@ -359,29 +377,6 @@ class Program:
             model, values = (part.model, None) if part.is_seen else (part.declared, part.given)
             solutions.append(answer(model, len(part.routes), self.question, values))
         return solutions
-
-    def _contending(self) -> tuple["Program", list[Solution]]:
-        """The program over the routes that no bound excludes from being the best, with its answers.
-
-        All routes if no bound is known, if none has a plan, or if all are answered as quickly.
-        """
-        question = self.question
-        bounded = question.problem.name in LONGEST_HOVER and question.perspective not in PAPER
-        shared = all(part.given and not part.is_seen for part in self.parts)
-        if not (bounded and shared) or question.slot_s is not None or question.engine != AUTO:
-            return self, self.answers()
-        which = np.concatenate([part.routes for part in self.parts])
-        bounds_s = np.full(len(self.network.routes), np.nan)
-        bounds_s[which] = hover_bounds_s(stacked(self.network), question.perspective)[which, 0]
-        least_s, open_ = np.nanmax(bounds_s) - SLACK_S, np.zeros(len(bounds_s), bool)
-        while (wider := ~open_ & (bounds_s >= least_s)).any():
-            open_ |= wider
-            parts = [part.only(open_[part.routes]) for part in self.parts]
-            program = replace(self, parts=tuple(part for part in parts if len(part.routes)))
-            solutions = program.answers()
-            best_s = (np.fmax.reduce(each.objective, initial=-np.inf) for each in solutions)
-            least_s = max(best_s) - SLACK_S
-        return program, solutions
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
@@ -439,8 +434,8 @@ class Program:
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
         """Part and entry of all best answers, the tie rule's first; empty without one."""
-        if not solutions:
-            return []
+        if sum(len(solution.statuses) for solution in solutions) <= 1:
+            return [(0, 0)] if solutions and solutions[0].status.has_answer else []
         table, columns = self.network.routes, list[tuple[Floats, Floats, Floats, Integers]]()
         for part, solution in zip(self.parts, solutions, strict=True):
             stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
@@ -512,9 +507,10 @@ class CompiledProgram:
         if question.engine_name == "grid" and question.slot_s is None:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program, self.question = program, question
-        limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
         engines = [(chosen_engine(part.model, question), part) for part in program.parts]
-        self._compiled = [(e, p, e.compile(p.model, len(p.routes), **limits)) for e, p in engines]
+        self._compiled = [
+            (e, p, e.compile(p.model, len(p.routes), **question.limits)) for e, p in engines
+        ]
         parameters_of_parts = (part.model.parameters for part in program.parts)
         self._parameters = {name: each for own in parameters_of_parts for name, each in own.items()}
         self.parameters = tuple(self._parameters)  # those that `solve` may change, by name
@@ -561,8 +557,7 @@ class CompiledProgram:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
-        (first, *_), only = solutions, sum(len(solution.statuses) for solution in solutions) == 1
-        chosen = (0, 0) if only and first.status.has_answer else self.program.best(solutions)
+        chosen = self.program.best(solutions)
         if chosen is None:
             for solution in solutions:
                 if Status.UNKNOWN in solution.statuses:

@@ -37,8 +37,14 @@ from optuav.physics.kibam import (
 from optuav.physics.quantity import Quantity, Vector, norm
 from optuav.solving.assemble import figures
 from optuav.solving.balance import Balance, affine_charge, by_balance, longest_by_balance
-from optuav.solving.best_plans import Best, best_plans, hover_bounds_s, impossible, takes_arrays
-from optuav.solving.program import SLACK_S, Program, declared_program
+from optuav.solving.best_plans import (
+    SLACK_S,
+    Best,
+    best_plans,
+    hover_bounds_s,
+    impossible,
+    takes_arrays,
+)
 from optuav.solving.question import Question
 
 AT_ONCE = 1 << 12
@@ -52,20 +58,19 @@ RARE = 0.1  # Share of variants that the routes tried first may leave open
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
 
 
-def narrowed(mission: Mission, question: Question) -> Program | None:
-    """The program over all routes that may be the best, or that its notes or reasons mention.
+def narrowed(mission: Mission, question: Question) -> Network | None:
+    """The network of all routes that may be the best, or that the plan's notes or reasons mention.
 
-    Its plan, or reasons for none, also hold for the program over all routes. None if any route
-    may be the best.
+    Its plan, or reasons for none, also hold for all routes. None if any route may be the best.
     """
     problem, names = question.problem, mission.buildings.names
     if question.several or question.p1.hover_point != "w_U":
         return None
     places = build_places(mission)
     if isinstance(problem, P3) or problem.trajectory == "direct":
-        return _over(mission, question, places, np.zeros(0, dtype=np.intp))
+        return network_by(mission, places, np.zeros(0, dtype=np.intp))
     if problem.building is not None:
-        return _over(mission, question, places, np.array([names.index(problem.building)]))
+        return network_by(mission, places, np.array([names.index(problem.building)]))
     turns = mission.battery.takes_turns and question.perspective == AVAILABLE
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
@@ -87,15 +92,15 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
         last = min(size, bounds_s.shape[1] - 1)
         best = [np.argpartition(-bound_s, last)[:size] for bound_s in bounds_s]
         chosen = np.unique(np.concatenate(best) // 2)
-        program = _over(mission, question, places, chosen)
-        open_ = _open_routes(bounds_s, _found_s(program))
+        network = network_by(mission, places, chosen)
+        open_ = _open_routes(bounds_s, _found_s(network, question))
         if np.isin(np.flatnonzero(open_.any(axis=0)) // 2, chosen).all():
-            return program
+            return network
         size *= 4
     return None
 
 
-def _past_bent(mission: Mission, question: Question, places: Places) -> Program:
+def _past_bent(mission: Mission, question: Question, places: Places) -> Network:
     """`narrowed` where legs are bent, which takes long: only those of routes in question are.
 
     Until it is bent, a leg counts as if nothing were in the way: bent, it costs no less.
@@ -124,8 +129,8 @@ def _past_bent(mission: Mission, question: Question, places: Places) -> Program:
         whole = (known[routes.legs] | (routes.legs == NO_LEG)).all(axis=1)
         fresh = np.append(0, 1 + np.flatnonzero(whole[1:] & ~tried[1:]))
         network, tried = Network(mission, places, legs, routes), whole
-        program = declared_program(question, replace(network, routes=routes.take(fresh)))
-        found_s = np.maximum(found_s, _found_s(program))
+        of_fresh = replace(network, routes=routes.take(fresh))
+        found_s = np.maximum(found_s, _found_s(of_fresh, question))
         bounds_s = _bounds_of(network, question)
         open_ = _open_routes(bounds_s, found_s)
         left_s = np.where(open_ & ~whole[1:], bounds_s, -np.inf)
@@ -138,24 +143,19 @@ def _past_bent(mission: Mission, question: Question, places: Places) -> Program:
     chosen = np.unique(np.flatnonzero(open_.any(axis=0)) // 2)
     numbers = np.append([0, 1], 2 + 4 * chosen[:, None] + np.arange(4))
     legs = bent(legs, numbers).take(numbers)
-    return declared_program(question, Network(mission, places, legs, build_routes(legs, chosen)))
+    return Network(mission, places, legs, build_routes(legs, chosen))
 
 
-def _found_s(program: Program) -> Floats:
-    """The best hover, at least 0, and the best `_figures_s`, of the routes of a program [s]."""
-    scores = [solution.objective.max(initial=-np.inf) for solution in program.answers()]
-    promised_s, *flights_s = _figures_s(program.network).max(axis=1, initial=-np.inf)
-    return np.array([np.fmax.reduce(scores, initial=0.0), max(promised_s, 0.0), *flights_s])
+def _found_s(network: Network, question: Question) -> Floats:
+    """The best hover, at least 0, and the best `_figures_s`, of the routes of a network [s]."""
+    hover_s = best_plans(stacked(network), question).hover_time_s[0]
+    promised_s, *flights_s = _figures_s(network).max(axis=1, initial=-np.inf)
+    return np.array([np.fmax(hover_s, 0.0), max(promised_s, 0.0), *flights_s])
 
 
 def _open_routes(bounds_s: Floats, found_s: Floats) -> Booleans:
     """Routes that may be as good as those found, by kind of bound."""
     return np.asarray((bounds_s >= found_s[:, None] - SLACK_S) & (bounds_s > -np.inf))
-
-
-def _over(mission: Mission, question: Question, places: Places, buildings: Integers) -> Program:
-    """The program over only the routes by way of some buildings."""
-    return declared_program(question, network_by(mission, places, buildings))
 
 
 def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:

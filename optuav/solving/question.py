@@ -14,24 +14,15 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Values
-from optuav.engines.registry import (
-    AUTO,
-    Engine,
-    capabilities,
-    conforming,
-    engine,
-    need,
-    of_the_package,
-    preferred,
-)
-from optuav.engines.solution import Solution, returned
+from optuav.engines import dispatch
+from optuav.engines.registry import AUTO, Engine, conforming, engine_names
+from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, collected, nearest, refuse
 from optuav.fields import SLOT, Range
 from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
 from optuav.modelling import Model
-from optuav.modelling.classify import traits
 from optuav.options import HOVER_POINTS, ORDERS, SPEEDS, TRAJECTORIES, Perspective, ProblemName
 
 PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=True), P3())}
@@ -63,6 +54,11 @@ class Question:
         return self.engine if isinstance(self.engine, str) else conforming(self.engine).name
 
     @property
+    def limits(self) -> dict[str, float | None]:
+        """What an engine keeps to: the length of slots, and the longest it may take [s]."""
+        return {"slot_s": self.slot_s, "time_limit_s": self.time_limit_s}
+
+    @property
     def p1(self) -> P1:
         """The problem if it is P1; P1 with its defaults, one stop at w_U, for any other."""
         return self.problem if isinstance(self.problem, P1) else P1()
@@ -71,6 +67,11 @@ class Question:
     def speed_free(self) -> bool:
         """True if the speeds of the legs are unknowns."""
         return isinstance(self.problem, P1 | P3 | P4) and self.problem.speed == "free"
+
+    @property
+    def searched(self) -> bool:
+        """True if the speeds of the legs, or the hover point, are unknowns."""
+        return self.speed_free or self.p1.hover_point == "free"
 
     @property
     def several(self) -> bool:
@@ -199,7 +200,7 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
     yield from unlisted(("hover_point", p1.hover_point, HOVER_POINTS))
     yield from unlisted(("perspective", question.perspective, tuple(PERSPECTIVES)))
     if isinstance(question.engine, str):
-        yield from unlisted(("engine", question.engine, (AUTO, *capabilities)))
+        yield from unlisted(("engine", question.engine, (AUTO, *engine_names())))
     limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)
     for option, value, number in limits:
         if value is not None and not number.accepts(value):
@@ -298,12 +299,9 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
 
 def chosen_engine(model: Model, question: Question) -> Engine:
     """The engine that answers a question about a model; refused if it or none takes it."""
-    model_traits, slots = traits(model), question.slot_s is not None
-    if question.engine == AUTO:
-        return preferred(model_traits, slots)
     linear = ". The perspectives of the paper are linear: perspective battery, for example"
-    need(question.engine, model_traits, slots, linear * (question.perspective == AVAILABLE))
-    return engine(question.engine)
+    hint = linear * (question.perspective == AVAILABLE)
+    return dispatch.chosen_engine(question.engine, model, question.slot_s is not None, hint)
 
 
 def answer(
@@ -314,12 +312,4 @@ def answer(
     Values of parameters that differ from the model's, by name.
     """
     chosen = chosen_engine(model, question)
-    outside = not of_the_package(chosen)
-    if values and outside:
-        model, values = model.with_values(values), None  # an engine of a user may print the model
-    limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
-    solution = chosen.solve(model, programmes, values, **limits)
-    if outside:
-        solution = returned(solution, chosen.name, model, programmes)
-    # An engine need not keep the values that were solved for.
-    return solution if solution.given or not values else replace(solution, given=values)
+    return dispatch.answered(chosen, model, programmes, values, **question.limits)

@@ -14,11 +14,13 @@ from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
-from optuav.network.network import build_network
+from optuav.network.network import Network, build_network
+from optuav.network.variants import stacked
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.outcome import more_stops_may_help, not_excluded
-from optuav.solving.program import Program, declared_program
+from optuav.solving.parts import allowed
+from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question, mission_and_question
 
 MANY, MANY_BENT = 2_000, 61
@@ -177,45 +179,60 @@ def _plan(
     known: Mission, question: Question, graph: Graph | None, progress: Progress | None
 ) -> Plan:
     """The best plan of a mission, with a note if more stops may help."""
-    plan = program = None
-    many = MANY_BENT if known.flight.obstacle_rule in BENT else MANY
-    if graph is None and len(known.buildings) >= many:
-        from optuav.solving.promising import narrowed
+    if question.p1.hover_point == "free":
+        from optuav.solving.free_hover import longest_anywhere
 
-        program = narrowed(known, question)
-        if program and (program.parts or impossibilities(program.network, one_stop=False)):
-            plan = program.solve()
-    if plan is None or program is None:
-        program = _program(known, question, graph, declared=False)
-        if program.question.several:
-            from optuav.solving.several_stops import several_stops
+        _refuse_graph(question, graph)
+        return longest_anywhere(question, known)
+    if question.speed_free:
+        return _program(known, question, graph).solve()
+    network = _routes_in_question(known, question, graph)
+    if question.several:
+        from optuav.solving.several_stops import several_stops
 
-            return several_stops(program, graph, progress)
-        plan = program.solve()
-    question, network = program.question, program.network
+        return several_stops(declared_program(question, network), graph, progress)
+    plan = best_plan(question, network)
     if more_stops_may_help(question, network, plan, graph):
         note = not_excluded(question, network.mission)
         return plan.model_copy(update={"notes": (*plan.notes, note)})
     return plan
 
 
-def _program(
-    known: Mission, question: Question, graph: Graph | None, *, declared: bool = True
-) -> Program:
-    """Declare the problem, with one rest and one hover if it allows several.
+def _routes_in_question(known: Mission, question: Question, graph: Graph | None) -> Network:
+    """The network of a mission; of a large town only the routes that decide, if they do."""
+    many = MANY_BENT if known.flight.obstacle_rule in BENT else MANY
+    if graph is None and len(known.buildings) >= many:
+        from optuav.solving.promising import narrowed
 
-    A free hover point is searched for without a declaration.
-    """
-    if not question.speed_free and question.p1.hover_point == "w_U":
-        network = build_network(known) if graph is None else edited_network(known, graph)
-        return declared_program(question, network)
+        few = narrowed(known, question)
+        able = few is not None and allowed(stacked(few), question.problem).any()
+        if few and (able or impossibilities(few, one_stop=False)):
+            return few
+    return _network(known, graph)
+
+
+def _program(known: Mission, question: Question, graph: Graph | None) -> Program:
+    """Declare the problem, with one rest and one hover if it allows several."""
+    if not question.searched:
+        return declared_program(question, _network(known, graph))
+    from optuav.solving import free_hover, free_speed
+
+    _refuse_graph(question, graph)
+    if question.speed_free:
+        return free_speed.free_program(question, known)
+    return free_hover.free_program(question, known)
+
+
+def _network(known: Mission, graph: Graph | None) -> Network:
+    """The network of a mission, or of its edited graph."""
+    return build_network(known) if graph is None else edited_network(known, graph)
+
+
+def _refuse_graph(question: Question, graph: Graph | None) -> None:
+    """A free hover point or free speeds have no graph's figures."""
+    if graph is None:
+        return
     why = "hover_point = 'free', as its legs lead to one hover point"
     if question.speed_free:
         why = "speed = 'free', as its legs have figures of one speed"
-    if graph is not None:
-        raise InputError([Fault("graph", shown(graph), f"no graph goes with {why}")])
-    from optuav.solving import free_hover, free_speed
-
-    if question.speed_free:
-        return free_speed.free_program(question, known)
-    return free_hover.free_program(question, known, declared=declared)
+    raise InputError([Fault("graph", shown(graph), f"no graph goes with {why}")])

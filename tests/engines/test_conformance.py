@@ -18,7 +18,7 @@ from tests.engines.optimality import residuals, solved
 def objects(case: Case) -> list[str]:
     """Names of those that take the problem; a local solver has no proof that there is no point."""
     found, slots = traits(case.build()), case.slot_s is not None
-    able = {name: not each.takes.obstacle(found, slots) for name, each in OBJECTS.items()}
+    able = {name: not each.obstacle(found, slots) for name, each in OBJECTS.items()}
     if case.name == "nothing to gain":  # Pyomo hands over no model without rows and without a goal
         return []
     able["pyomo with casadi-nl"] &= case.status.has_answer and not found.integer

@@ -20,7 +20,8 @@ from optuav.cli import main
 from optuav.engines import casadi_engine, cvxpy_engine
 from optuav.engines.casadi_engine import Casadi, CasadiProgramme
 from optuav.engines.cvxpy_engine import Cvxpy, CvxpyProgramme
-from optuav.engines.registry import CAPABILITIES, ENGINES
+from optuav.engines.registry import ENGINES
+from optuav.engines.registry import engine as engine_of
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model
 from optuav.solving import formulate, solve
@@ -30,7 +31,7 @@ from tests.engines.conformance import p3, p4
 from tests.engines.optimality import solved
 from tests.formulations.given import quantities
 
-CONTINUOUS = [each.name for each in CAPABILITIES if each.slots is not None]
+CONTINUOUS = [name for name in ENGINES if engine_of(name).slots is not None]
 LINEAR = ("--perspective", "battery")
 DIRECT_S = 688.848
 """Δ of the direct flight of the mission ``paper``, bound by charge."""
@@ -411,12 +412,12 @@ def test_infeasible_or_unbounded_is_followed_up(
 
 
 class Unfit:
-    """No engine: it does not say what it takes."""
+    """No engine: it has none of their methods."""
 
     name = "unfit"
 
 
-NO_ENGINE = r"engine = .*: a name, or an object with name, takes \(a Capability\), solve and comp"
+NO_ENGINE = "engine = .*: a name, or an instance of a subclass of Engine that states its name"
 
 
 @pytest.mark.parametrize(

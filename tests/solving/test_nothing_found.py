@@ -39,7 +39,7 @@ class Guess(Engine):
     kept: Sequence[int] = ()  # Numbers of the programmes of the first part that it answers
     answered: Status = Status.OPTIMAL  # What it says of its answers
     name = "guess"
-    takes = ClosedForm.takes
+    most_unknowns, needs = ClosedForm.most_unknowns, ClosedForm.needs
 
     def solve(self, model: Model, programmes: int, *_: object, **__: object) -> Solution:
         found = ClosedForm.solve(model, programmes)

@@ -15,13 +15,12 @@ import numpy as np
 import pytest
 
 import optuav
-from optuav.engines import closed_form
-from optuav.engines.registry import Capability, Engine
+from optuav.engines import closed_form, dispatch
+from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.mission.keys import stated_keys
 from optuav.modelling import Model
 from optuav.network.network import build_network
-from optuav.solving import question
 from optuav.status import Status
 from tests.diagnosis.missions import only
 
@@ -214,7 +213,8 @@ class Cautious(Engine):
     """Exact answers of which it claims no more than that none is better by 5 s."""
 
     name: str = "cautious"
-    takes: Capability = Capability("cautious", most_unknowns=2, needs=("lower bounds",))
+    most_unknowns = 2
+    needs = ("lower bounds",)
 
     def solve(
         self, model: Model, programmes: int, values: Any = None, **_: float | None
@@ -237,7 +237,7 @@ def test_where_nothing_is_proved_a_bound_is_stated(tmp_path: Path) -> None:
 
 
 def test_a_batch_states_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(question, "preferred", lambda *_: Cautious())
+    monkeypatch.setattr(dispatch, "preferred", lambda *_: Cautious())
     found = optuav.batch_arrays(
         MISSION, {"limits.deadline_s": [60.0, 1200.0]}, Longest(), perspective="battery"
     )

@@ -19,7 +19,7 @@ from optuav.network import ways
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.solving import promising
-from optuav.solving.program import declared_program
+from optuav.solving.program import best_plan, declared_program
 from optuav.solving.question import Question, checked_question
 from optuav.studies.scenarios import Scenarios
 from tests.examples import few
@@ -196,17 +196,17 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 2000})
     question = checked_question(mission)
     monkeypatch.setattr(promising, "FIRST", 1)
-    program = promising.narrowed(mission, question)
-    assert program is not None
-    assert len(program.network.routes) < 21
-    assert program.solve().phases == optuav.solve(mission).phases
+    network = promising.narrowed(mission, question)
+    assert network is not None
+    assert len(network.routes) < 21
+    assert best_plan(question, network).phases == optuav.solve(mission).phases
     shared = np.zeros(20)
     monkeypatch.setattr(
         promising, "_bounds_s", lambda *_: np.stack([shared + np.inf, *3 * [shared]])
     )
     everything = promising.narrowed(mission, question)
     assert everything is not None
-    assert len(everything.network.routes) == 21
+    assert len(everything.routes) == 21
 
 
 @pytest.mark.campaign

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.engines import closed_form
-from optuav.engines.registry import Capability, Engine
+from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.modelling import Model
 from optuav.modelling.traversal import worth
@@ -239,7 +239,8 @@ class Cautious(Engine):
 
     per_s: float = 1.0
     name: str = "cautious"
-    takes: Capability = Capability("cautious", most_unknowns=2, needs=("lower bounds",))
+    most_unknowns = 2
+    needs = ("lower bounds",)
 
     def solve(
         self, model: Model, programmes: int, values: Any = None, **_: float | None

@@ -1,0 +1,63 @@
+"""The longest hover of a mission: `best_plans` of one variant, as the solution of its model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from formulations.soc import AVAILABLE, PAPER
+from optuav.engines import bracket
+from optuav.engines.registry import AUTO
+from optuav.engines.solution import Solution
+from optuav.mission import Mission
+from optuav.network.network import Network
+from optuav.network.variants import stacked
+from optuav.solving.balance import TIMES
+from optuav.solving.best_plans import LONGEST, STATUSES, Best, best_plans
+from optuav.solving.parts import Part, declarations
+from optuav.solving.question import Question, answer
+
+
+def longest_hover(question: Question, network: Network) -> tuple[Part, Solution] | None:
+    """The best route of a question of the longest hover, declared, with its best times.
+
+    None of other questions, and where no route has times: why, an engine finds out.
+    """
+    if not (_is_known(question, network.mission) and network.routes.flyable.any()):
+        return None
+    variants = stacked(network)
+    best = best_plans(variants, question)
+    if (route := best.route[0]) < 0:
+        return None
+    able = np.arange(len(network.routes))[None] == route
+    ((part, _),) = declarations(question, variants, able)
+    if question.perspective == AVAILABLE:
+        return part, _bracketed(part, best)
+    solution = answer(part.declared, 1, question, part.given)  # The exact vertex, and its proof
+    return (part, solution) if solution.status.has_answer else None
+
+
+def _bracketed(part: Part, best: Best) -> Solution:
+    """Times through the wells as the solution of their model, as its engine brackets them."""
+    times = zip(TIMES, (best.hover_time_s, best.rest_time_s), strict=True)
+    return Solution(
+        engine=bracket.NAME,
+        proof=bracket.PROOF,
+        declared=part.declared,
+        statuses=[STATUSES[best.status[0]]],
+        objective=best.objective,
+        values={name: time_s for name, time_s in times if name in part.unknowns},
+        duals=None,
+        beyond=best.bound,
+        given=part.given,
+    )
+
+
+def _is_known(question: Question, mission: Mission) -> bool:
+    """Whether a question is for the longest hover in continuous times, by any engine."""
+    return (
+        type(question.problem) in LONGEST
+        and question.perspective in (*PAPER, AVAILABLE)
+        and question.engine == AUTO
+        and question.slot_s is None
+        and not (question.searched or mission.battery.takes_turns)
+    )
