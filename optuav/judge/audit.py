@@ -116,7 +116,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     >>> bool(verdict)
     True
     >>> print(str(verdict).splitlines()[2])
-    Times      mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
+    Times        mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
     source, subject, data = read(plan)
     if isinstance(subject, Plan) and not subject:
