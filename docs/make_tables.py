@@ -254,7 +254,7 @@ def paper() -> Iterator[Row]:
         entry = entries[name]
         statement = entry.statement
         ours = (
-            None if value is None else entry.shown(value)
+            None if value is None else entry.figure(value)
             for value in (entry.printed, entry.recovered)
         )
         shown = (

@@ -2,11 +2,9 @@
 
 import datetime
 import difflib
-import os
 import re
 import reprlib
 import sys
-import textwrap
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -17,9 +15,7 @@ from typing import Any, TextIO
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
 LONGEST_TEXT = 60  # Most characters of a value, and of a name with suggestions
-LEAST_COLUMNS = 60  # Fewest columns of a legible table
 ADDRESS = re.compile(r"x[0-9a-f]{6,}>")
-LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
 PLAIN = {
     **{"→": "->", "−": "-", "–": "-", "·": "*", "×": "x", "…": "...", "∞": "inf", "√": "sqrt"},
     **{"⁻": "-", "′": "'", "°": " deg", "µ": "u", "λ": "lambda", "Λ": "Lambda", "ϱ": "rho"},
@@ -60,7 +56,7 @@ def printable(text: str, kept: str = "") -> str:
     return text.translate(dict.fromkeys(unsafe, "\N{REPLACEMENT CHARACTER}"))
 
 
-def spelled(text: str, stream: TextIO | None = None) -> str:
+def encodable(text: str, stream: TextIO | None = None) -> str:
     """Return a text with plain signs for those that a stream, or the standard output, cannot show.
 
     Greek letters become their names, letters with an accent lose it.
@@ -77,12 +73,12 @@ def spelled(text: str, stream: TextIO | None = None) -> str:
     return text.translate({ord(sign): plain(sign) for sign in missing})
 
 
-def printed(write: Callable[[Any], str]) -> Callable[[Any], str]:
-    """Return a `__str__` whose text the standard output can show, see `spelled`."""
+def for_console(write: Callable[[Any], str]) -> Callable[[Any], str]:
+    """Return a `__str__` whose text the standard output can show, see `encodable`."""
 
     @wraps(write)
     def text(self: Any) -> str:
-        return spelled(write(self))
+        return encodable(write(self))
 
     return text
 
@@ -144,29 +140,6 @@ def nearest(key: str, known: Iterable[str]) -> str:
     return f"; did you mean '{like[0]}'?" if like else ""
 
 
-def line_width(most: int = 80) -> int:
-    """The width that COLUMNS asks for; else `most`, or the terminal's if narrower; at least 60."""
-    from shutil import get_terminal_size
-
-    columns = get_terminal_size((most, 0)).columns
-    return max(LEAST_COLUMNS, columns if os.environ.get("COLUMNS") else min(most, columns))
-
-
-def folded(text: str, width: int) -> str:
-    """Break long lines between words; continuations are indented below the text after the label."""
-    lines = list[str]()
-    wrapper = textwrap.TextWrapper(width, break_long_words=False, break_on_hyphens=False)
-    for line in text.split("\n"):
-        if len(line) <= width:
-            lines.append(line)
-            continue
-        label = LABEL.match(line)
-        start = label.end() if label else len(line) - len(line.lstrip()) + 2
-        wrapper.subsequent_indent = " " * start
-        lines += wrapper.wrap(line)
-    return "\n".join(lines)
-
-
 class OptuavError(Exception):
     """Base of the errors that optuav raises on purpose.
 
@@ -205,7 +178,7 @@ class Fault:
     allowed: str
     source: str = ""
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         source, value = (safe_name(part, LONGEST_WORDS // 2) for part in (self.source, self.value))
         key, allowed = safe_name(self.key), safe_name(self.allowed, LONGEST_WORDS)
@@ -238,7 +211,7 @@ class InputError(OptuavError, ValueError):
         self.faults = tuple[Fault, ...](all_faults)
         super().__init__(self.faults)
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         lines = [str(fault) for fault in self.faults[:MOST_SHOWN]]
         more = len(self.faults) - len(lines)

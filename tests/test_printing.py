@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 import optuav
-from optuav.errors import spelled
-from optuav.modelling.display import table as modelling_table
-from optuav.presentation.text import tabulated
+from optuav.errors import encodable
+from optuav.presentation.blocks import Table
+from optuav.presentation.text import as_text, lined_up
 
 PROGRAM = """
 import sys
@@ -73,9 +73,9 @@ def test_columns_stay_aligned(encoding: str, monkeypatch: pytest.MonkeyPatch) ->
     """Of tables of plans, models and explanations: cells are padded as they are shown."""
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding))
     rows = [("a → b", "Δ…", "1"), ("c", "d", "22"), ("e…" * 20, "f", "3")]
-    words, table = tabulated(rows, 2), modelling_table(rows)
+    words = as_text([Table(rows[0], rows[1:], words=2)]).splitlines()
     assert len({len(line) for line in words}) == 1
-    lines = zip(table.splitlines(), rows, strict=True)
+    lines = zip(lined_up(rows, 200), rows, strict=True)
     assert len({line.rindex(row[2]) for line, row in lines}) == 1
     plan = optuav.solve("paper")
     _, _, timeline, *_ = str(plan).split("\n\n")
@@ -101,6 +101,6 @@ def test_columns_stay_aligned(encoding: str, monkeypatch: pytest.MonkeyPatch) ->
         ("utf-8", "origin → b9: Δ ≤ 5.1 m s⁻¹, ω = 3 · 10⁻³, λ, ä"),
     ],
 )
-def test_only_what_an_encoding_lacks_is_spelled(encoding: str, text: str) -> None:
+def test_only_what_an_encoding_lacks_becomes_plain(encoding: str, text: str) -> None:
     stream: Any = SimpleNamespace(encoding=encoding)
-    assert spelled("origin → b9: Δ ≤ 5.1 m s⁻¹, ω = 3 · 10⁻³, λ, ä", stream) == text
+    assert encodable("origin → b9: Δ ≤ 5.1 m s⁻¹, ω = 3 · 10⁻³, λ, ä", stream) == text

@@ -16,7 +16,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError, collected, decimal, refuse
 from optuav.fields import short
 from optuav.mission.files import csv_rows, label, read_text
-from optuav.mission.messages import counted, nearest, paths_of, shown
+from optuav.mission.messages import nearest, paths_of, plural, shown
 
 Read = TypeVar("Read")
 
@@ -144,7 +144,7 @@ class Measurements:
         unit = USUAL[self.kinds[column]][-1]
         for sign, matches in self._matches(column).items():
             if count := int(np.sum(rows & matches)):
-                which = f"{count} of {counted(len(rows), 'line')}"
+                which = f"{count} of {plural(len(rows), 'line')}"
                 words = f"their {column} is {sign:g} {unit}, which means unknown"
                 yield f"{self.source}: {which} {'is' if count == 1 else 'are'} left out: {words}"
 
@@ -220,7 +220,7 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
     blanks = {column: np.full(len(lines), math.nan) for column in form.blanks}
     numbers = blanks | {column: np.array(values) for column, values in columns.items()}
     if (count := len(lines) + len(uneven)) < form.least:
-        words = f"at least {counted(form.least, 'line')} of measurements; there are {count}"
+        words = f"at least {plural(form.least, 'line')} of measurements; there are {count}"
         faults.append(Fault("", "", words, source))
     refuse(faults)
     texts_kept = {column: tuple(cells) for column, cells in texts.items()}

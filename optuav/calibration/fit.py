@@ -28,13 +28,20 @@ from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission.forms import SCHEMA
 from optuav.mission.load import shipped
-from optuav.mission.messages import listed, number
+from optuav.mission.messages import first_ten, number
+from optuav.presentation.blocks import Block, Fold, Heading, Note, Table
+from optuav.presentation.numbers import figure, percent
+from optuav.presentation.presented import Presented
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 FINEST = 1e-9  # least relative distance of an end from its value that decides on digits
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth
-SURE = "95 %"  # the same in words
+SURE = percent(CONFIDENCE)
+MOST_ROWS = 40  # Observations that are listed one by one
+LONGEST = 30  # Letters of a name or of an interval
+NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
+"""Names of values that are no keys of a mission."""
 WIDTH = 98  # letters of a comment
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
 CLOSE = 1e-12  # tolerances of a fit
@@ -69,7 +76,7 @@ class Value:
     determined: bool = True  # Whether the data determine it
     stated: bool = True  # Whether a mission gets it
 
-    def written(self, between: str) -> list[str]:
+    def figures(self, between: str) -> list[str]:
         """The value to six digits or more, and its interval if it is known, `between` its ends."""
         ends = self.interval or ()
         size = max(map(abs, (self.value, *ends)))
@@ -82,7 +89,7 @@ class Value:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
         entry = _entry(self.key.partition(".")[2], rounded(self.value))
         if self.determined:
-            yield _remark(f"; {SURE}: ".join([self.origin, *self.written(" to ")[1:]]))
+            yield _remark(f"; {SURE}: ".join([self.origin, *self.figures(" to ")[1:]]))
         else:
             beside = "; it holds beside the other fitted values only" if self.stated else ""
             yield _remark(f"{self.origin}; the data do not determine it{beside}")
@@ -124,9 +131,27 @@ class Panel:
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
 
+    def block(self) -> Block:
+        """The first observations beside the fitted values; of a course of samples what is left."""
+        if not self.names:
+            left = math.dist(self.observed, self.fitted) / math.sqrt(len(self.observed))
+            words = f"{left:.3g} {self.unit} rms left over of {len(self.observed)} samples"
+            return Note([f"{self.quantity}: {words}"])
+        roles = self.roles or ["fitted"] * len(self.names)
+        points = [*zip(self.names, self.observed, self.fitted, roles, strict=True)]
+        rows = list[tuple[str, ...]]()
+        for name, observed, fitted, role in points[:MOST_ROWS]:
+            same = math.isclose(fitted, observed, rel_tol=1e-9)
+            apart = "0" if same else f"{fitted - observed:+.3g}".replace("-", "−")
+            rows.append((name, figure(observed), figure(fitted), apart, role * (role != "fitted")))
+        more = len(points) - len(rows)
+        heads = (f"{self.quantity} [{self.unit}]", "observed", "fitted", "difference", "")
+        below = [f"and {more} more"] if more else []
+        return Table(heads, rows, last=1, longest=LONGEST, below=below)
+
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Presented):
     """Values for a mission from data.
 
     Parameters
@@ -199,18 +224,30 @@ class Fit:
         return {**self.settings, **stated}
 
     def __repr__(self) -> str:
-        keys = listed([value.key for value in self.values])
+        keys = first_ten([value.key for value in self.values])
         return f"<Fit of {self.kind} to {self.data}: {keys}>"
 
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
-        heads = ("key", "value", f"{SURE} interval", "where it comes from")
-        rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.rows]
-        loose = [number for number, each in enumerate(self.rows) if not each.determined]
-        head = markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings)
-        warnings = map(markup.paragraph, self.warnings)
-        return markup.shown(head, markup.table(heads, rows, bad=loose), *warnings)
+    def blocks(self) -> Iterator[Block]:
+        """Yield the values, table by table of the mission, then observations, and warnings."""
+        yield Heading(f"{self.kind}: {self.data}", good=not self.warnings)
+        tables = dict[str, list[tuple[str, str, str]]]()
+        loose = dict[str, list[int]]()
+        for value in self.rows:
+            name, _, key = value.key.rpartition(".")
+            name = name or "battery"
+            number, *interval = value.figures(" – ")
+            if not value.determined:
+                number, interval = number if value.stated else "?", ["not determined"]
+                loose.setdefault(name, []).append(len(tables.get(name, ())))
+            row = NOT_KEYS.get(key, key), number, "".join(interval) or "–"
+            tables.setdefault(name, []).append(row)
+        for name, rows in tables.items():
+            heads = f"[{name}]", "value", f"{SURE} between"
+            yield Table(heads, rows, longest=LONGEST, bad=loose.get(name, ()))
+        origins = [(value.key, value.origin) for value in self.rows]
+        yield Fold("Where the values come from", [Table((), origins, words=2)], in_text=False)
+        yield from (panel.block() for panel in self.panels)
+        yield Note([f"warning: {warning}" for warning in self.warnings])
 
     def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""

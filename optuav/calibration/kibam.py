@@ -46,6 +46,7 @@ from optuav.calibration.fit import (
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
+from optuav.presentation.numbers import percent
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
 LIFETIMES = {"load": "text", "current": "current", "duration": "time", "lifetime": "time"}
@@ -231,14 +232,14 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
         missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
-            f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
-            "each time"
+            f"{missed} by more than {percent(FAR)}; look at units, and whether it was one full "
+            "battery each time"
         ]
     elif never_longer and fitted[0].stated:
         factor = (1.0 - MARGIN) * _largest_factor(
             lambda factor: bool(np.all(simulated(estimated.values, factor) <= lifetimes_s))
         )
-        words = f"never longer than measured, less {MARGIN:.0%}".replace("%", " %")
+        words = f"never longer than measured, less {percent(MARGIN)}"
         data, capacity = f"{data}, {words}", fitted[0]
         edge = tuple({**battery, KEYS[0]: battery[KEYS[0]] * factor} for battery in edge)
         origin = f"{capacity.origin}, {words}"
@@ -255,7 +256,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
-            f"intervals take lifetimes to scatter by {SCATTER:.0%}"
+            f"intervals take lifetimes to scatter by {percent(SCATTER)}"
         )
     names = [discharge.name for discharge in discharges]
     lasts_s = simulated(estimated.values, factor).tolist()

@@ -23,7 +23,15 @@ from optuav.errors import Fault, InputError, collected, refuse
 from optuav.fields import Range
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import beside, label, read_toml
-from optuav.mission.messages import counted, nearest, no_building, number, paths_of, shown, worded
+from optuav.mission.messages import (
+    error_words,
+    nearest,
+    no_building,
+    number,
+    paths_of,
+    plural,
+    shown,
+)
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import route_phases
@@ -192,16 +200,14 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         words = f"{missed} of {count} numbers are missed by more than their rounding"
         warnings.append(f"the values do not meet the table: {words}")
     if again := count - len(different):
-        repeat = f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
+        repeat = f"{plural(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
         warnings.append(f"{repeat}: state it as a check, or the intervals are too narrow")
-    values = estimated.stated(f"fitted to {counted(count, 'number')} of the table")
+    values = estimated.stated(f"fitted to {plural(count, 'number')} of the table")
     sure = [key for key in tied if any(value.stated for value in values)]
     settings = {**table.stated.known, **{key: rounded(value_of(mission, key)) for key in sure}}
-    fitted, predicted = counted(count, "number"), f"{roles.count('predicted')} predicted"
+    fitted, predicted = plural(count, "number"), f"{roles.count('predicted')} predicted"
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
-    data = (
-        f"{fitted} of the table fitted by {counted(len(free), 'free key')}{repeated}, {predicted}"
-    )
+    data = f"{fitted} of the table fitted by {plural(len(free), 'free key')}{repeated}, {predicted}"
     parts = data, values, tuple(_panels(pairs, roles)), tuple(warnings)
     return Fit("table", (str(paths[0]),), *parts, settings=settings, extends=table.base)
 
@@ -302,7 +308,7 @@ def read_table(path: Path) -> ResultsTable:
         faults.append(Fault("rows", "", words))
     unresolved = Counter(number.quantity for number in numbers if math.isnan(number.resolution))
     for quantity, count in unresolved.items():
-        words = f"the step to which the table is rounded, above 0, for {counted(count, 'number')}"
+        words = f"the step to which the table is rounded, above 0, for {plural(count, 'number')}"
         faults.append(Fault(f"resolution.{quantity}", "", words))
     if faults or mission is None:
         raise InputError(replace(fault, source=fault.source or source) for fault in faults)
@@ -323,7 +329,7 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
         table: Any = document
         for part in place:
             table = table[part]
-        value, words = shown(table.pop(last)), worded(detail)
+        value, words = shown(table.pop(last)), error_words(detail)
         if detail["type"] == "extra_forbidden":
             known = (ResultsRow if place else ResultsFile).model_fields
             words = f"unknown key{nearest(str(last), known)}"

@@ -18,7 +18,7 @@ from optuav.fields import COORDINATE, Range
 from optuav.mission.building_columns import COLUMNS, corners_of, of_polygons
 from optuav.mission.buildings import Buildings
 from optuav.mission.earth import DEGREES, plane
-from optuav.mission.messages import counted, listed, shown
+from optuav.mission.messages import first_ten, plural, shown
 
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {
@@ -176,17 +176,17 @@ class City:
 
     def __repr__(self) -> str:
         noted = ((words, len(getattr(self, name))) for name, words in NOTED.items())
-        lines = [f"City of {counted(len(self.names), 'building')} around {self.origin}"]
+        lines = [f"City of {plural(len(self.names), 'building')} around {self.origin}"]
         return "\n".join([*lines, *(f"  {words}: {count}" for words, count in noted if count)])
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on how the buildings were made of the file."""
         longitude, latitude = self.origin
         yield (
-            f"{counted(len(self.names), 'building')} around longitude {longitude:.6f}, latitude "
+            f"{plural(len(self.names), 'building')} around longitude {longitude:.6f}, latitude "
             f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
         )
         for name, words in NOTED.items():
             if names := getattr(self, name):
-                yield f"{words}: {len(names)} ({listed(names)})"
+                yield f"{words}: {len(names)} ({first_ten(names)})"
         yield from self.remarks

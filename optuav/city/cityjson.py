@@ -24,7 +24,7 @@ from optuav.city.outlines import mended
 from optuav.errors import Fault, InputError
 from optuav.mission.files import refusal
 from optuav.mission.maps import UNREADABLE, table
-from optuav.mission.messages import listed, shown
+from optuav.mission.messages import first_ten, shown
 
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 DEEPEST = 10  # Parts within parts
@@ -84,7 +84,7 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
         raise
     except UNREADABLE:
         raise refusal(file, f"is not CityJSON: {at} is not as specified") from None
-    others = listed([f"{kind} ({count})" for kind, count in kinds.most_common()])
+    others = first_ten([f"{kind} ({count})" for kind, count in kinds.most_common()])
     return frame, (f"left out, as neither Building nor BuildingPart: {others}",) if kinds else ()
 
 

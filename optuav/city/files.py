@@ -24,7 +24,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission.earth import DEGREES
 from optuav.mission.files import label, refusal, refusals
 from optuav.mission.maps import HEADS, LARGEST, LINES, TEXTS, check_map, document_of, features
-from optuav.mission.messages import counted, listed, shown
+from optuav.mission.messages import first_ten, plural, shown
 
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 ZIPS = (".zip", ".shz")
@@ -98,7 +98,7 @@ def _unpacked(file: Path, folder: Path) -> Path:
             maps = [name for name in inside if Path(name).suffix.lower() in MAPS]
             if len(maps) != 1:
                 names = ", ".join(map(repr, maps[:10])) or "none"
-                raise refusal(file, f"holds {counted(len(maps), 'map')}, not one: {names}")
+                raise refusal(file, f"holds {plural(len(maps), 'map')}, not one: {names}")
             if (size := sum(member.file_size for member in inside.values())) > LARGEST:
                 most = f"the {LARGEST / 1e6:g} MB that are unpacked"
                 raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
@@ -118,11 +118,11 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
     if layer is None:
         likely = [name for name in areas if "building" in name.lower()]
         if not (found := areas if len(areas) == 1 else likely):
-            words = f"is missing; one of {listed(areas)}" if areas else "no layer has polygons"
+            words = f"is missing; one of {first_ten(areas)}" if areas else "no layer has polygons"
             raise InputError([Fault("layer", "", words, label(file))])
         layer = found[0]
     elif layer not in areas:
-        words = f"a layer with polygons: {listed(areas)}" if areas else "no layer has polygons"
+        words = f"a layer with polygons: {first_ten(areas)}" if areas else "no layer has polygons"
         raise InputError([Fault("layer", shown(layer), words, label(file))])
     around, reading = None, {"layer": layer}
     if file.suffix.lower() == ".pbf":

@@ -16,7 +16,7 @@ from optuav.city.columns import SOLID, column, tag, texts
 from optuav.city.lengths import metres, parsed, storeys
 from optuav.errors import shown
 from optuav.fields import Range
-from optuav.mission.messages import listed
+from optuav.mission.messages import first_ten
 
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 ROOF = Range("m", gt=0, le=1200)  # No building is higher
@@ -68,9 +68,9 @@ def remarks_on(frame: Any, known: pd.DataFrame, name: str, factor: float | None)
     quoted = dict.fromkeys(zip(known["of"], known["unread"], known["stated_m"], strict=True))
     pairs = [(of, f"{of} = {value}", stated_m) for of, value, stated_m in quoted if of]
     if unread := dict.fromkeys(words for of, words, _ in pairs if of not in BASES):
-        yield f"cannot be read: {listed([*unread])}"
+        yield f"cannot be read: {first_ten([*unread])}"
     if above := [f"{words}, roof at {high_m:.6g} m" for of, words, high_m in pairs if of in BASES]:
-        yield f"do not begin below their roof: {listed(above)}"
+        yield f"do not begin below their roof: {first_ten(above)}"
 
 
 def lengths_m(values: Any, factor: float | None) -> Floats:

@@ -28,7 +28,7 @@ from optuav.city.heights import (
 from optuav.city.lengths import metres, parsed
 from optuav.errors import Fault
 from optuav.mission.files import label
-from optuav.mission.messages import counted, listed, nearest, shown
+from optuav.mission.messages import first_ten, nearest, plural, shown
 
 LIKE = {
     "height": re.compile(
@@ -72,8 +72,8 @@ def not_asked(
         like = [name for name in names if _is_like(name, option)]
         if likely := [shown(name) for name in like if _states(column(bare, name))]:
             one = len(likely) == 1
-            words = f"is missing for {len(bare)} of {counted(len(frame), 'building')}, but the "
-            words += f"{'column' if one else 'columns'} {listed(likely)} may state it: name "
+            words = f"is missing for {len(bare)} of {plural(len(frame), 'building')}, but the "
+            words += f"{'column' if one else 'columns'} {first_ten(likely)} may state it: name "
             words += f"{'this column' if one else 'one of them'} by {option}, or name "
             words += f"{shown(OF_OPENSTREETMAP[option])} to ignore {'it' if one else 'them'}"
             yield Fault(option, "", words, label(file))
@@ -121,7 +121,7 @@ def unknown_heights(
         words = f"{words}; or state default_height_m"
         yield Fault("height", shown(names["height"]), words, label(file))
         return
-    words = f"of {counted(len(known), 'building')} without a height; state default_height_m"
+    words = f"of {plural(len(known), 'building')} without a height; state default_height_m"
     yield Fault("", "", f"{len(unknown)} {words}", label(file))
     columns = (unknown[column] for column in ("unread", "of", "stated_m"))
     for number, value, name, stated_m in zip(unknown.index, *columns, strict=True):
@@ -137,4 +137,4 @@ def unknown_heights(
 def _others(frame: Any, name: str) -> str:
     """Say which columns there are in place of one that is missing; empty without any."""
     known = columns_of(frame)
-    return nearest(name, known) or f"; there are {listed(known)}" if known else ""
+    return nearest(name, known) or f"; there are {first_ten(known)}" if known else ""

@@ -33,7 +33,7 @@ COMMANDS = {
 USAGE_ERROR: Any = typer.BadParameter.__base__  # of any wrong command line; it has no public name
 
 
-def _listed(
+def _stand_in(
     version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
 ) -> None:
     """Stand for a command in the list of all, and for the options before it; neither is run."""
@@ -54,12 +54,12 @@ def program(name: str | None = None) -> Any:
         context_settings={"help_option_names": ["-h", "--help"], "default_map": {"help": False}},
     )
     if name is None:
-        app.callback()(_listed)
+        app.callback()(_stand_in)
     for command in COMMANDS if name is None else [name]:
         module = import_module(f"optuav.cli.{COMMANDS[command]}")
         function = getattr(module, command.replace("-", "_") + "_" * iskeyword(command))
         line, *_ = str(function.__doc__).splitlines()
-        run = _listed if name is None else command_of(command, function)
+        run = _stand_in if name is None else command_of(command, function)
         app.command(command, short_help=line)(run)
     return typer.main.get_command(app)
 

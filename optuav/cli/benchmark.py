@@ -12,6 +12,8 @@ import typer
 
 import optuav
 from optuav.cli.output import NO, deliver
+from optuav.presentation.blocks import Block, Note, Table
+from optuav.presentation.numbers import fixed
 
 if TYPE_CHECKING:
     from optuav.judge.benchmark import Answer
@@ -23,7 +25,7 @@ def check_solutions(solutions: Path, as_json: bool = False) -> None:
     Exit code 1 if one does not hold, 2 if the file cannot be read.
     """
     checked = optuav.check_solutions(solutions)
-    deliver(checked.to_dict, str(checked), as_json=as_json)
+    deliver(checked.to_dict, checked.blocks(), as_json=as_json)
     if not checked:
         raise typer.Exit(NO)
 
@@ -45,30 +47,29 @@ def _data() -> Iterator[dict[str, Any]]:
         yield about | {"roofs": len(optuav.load(name).buildings), "answers": rows}
 
 
-def _tables() -> Iterator[str]:
+def _tables() -> Iterator[Block]:
     """A table for each family."""
     from optuav.judge.benchmark import answers
     from optuav.mission.benchmark import recipes
-    from optuav.presentation.text import tabulated
 
-    yield "Longest hover in seconds, perspective available; --json has all perspectives"
+    yield Note(["Longest hover in seconds, perspective available; --json has all perspectives"])
     for _, of_family in groupby(recipes().values(), lambda each: each.family):
         group = [*of_family]
-        rows = [("mission", "problem", "roofs", "best", "bound", "proof")]
+        rows = list[tuple[str, ...]]()
         for recipe in group:
             roofs = str(len(optuav.load(recipe.name).buildings))
             for problem in recipe.problems:
                 answer = answers()[recipe.name, problem, "available"]
                 rows.append((recipe.name, problem, roofs, *_cells(answer)))
-        yield ""
-        yield f"{group[0].family}: {group[0].about}"
-        yield from tabulated(rows, 2, 1, longest=40)
+        heads = ("mission", "problem", "roofs", "best", "bound", "proof")
+        above = f"{group[0].family}: {group[0].about}"
+        yield Table(heads, rows, words=2, last=1, longest=40, above=above)
 
 
 def _cells(answer: Answer) -> tuple[str, str, str]:
     """Best known value and bound, and a word on the proof: search, bracket, bound, physics."""
     ends = answer.hover_s, answer.bound_s
-    best, bound = ("none" if end is None else f"{end:.3f}" for end in ends)
+    best, bound = (fixed(end, 3) for end in ends)
     by = answer.proof.partition(":")[0].removesuffix("ed")
     by = "search" if answer.engine == "search" else by
     return best, bound, "open" if answer.status == "feasible" else by

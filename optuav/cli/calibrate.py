@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -11,15 +10,12 @@ from typing import TYPE_CHECKING, Literal
 
 from optuav.cli.output import check_places, command, deliver
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, collected, refuse, shown
+from optuav.presentation.blocks import Note
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
     from optuav.mission import Mission
 
-MOST_ROWS = 40  # Observations that are listed one by one
-LONGEST = 30  # Letters of a name or of an interval
-NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
-"""Names of values that are no keys of a mission."""
 Kind = Literal["kibam", "regimes", "rotor", "rotary-wing", "table"]
 
 
@@ -71,7 +67,7 @@ def calibrate(
         from optuav import plots
 
         written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
-    notes = [f"warning: {warning}" for warning in found.warnings]
+    notes, hint = list[str](), ""
     if isinstance(hover, str):
         notes.append(f"{extends} with these values: {hover}")
     elif hover:
@@ -80,11 +76,12 @@ def calibrate(
         notes.append(f"{extends} hovers {value} s with these values{between}")
     if found.changes:
         pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
-        notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
+        hint = f"\n{command(['optuav', 'solve', 'MISSION'], *pairs)}"
     deliver(
         lambda: found.to_dict() | ({"hover_time_s": hover} if isinstance(hover, dict) else {}),
-        (*_found(found), *notes),
+        [*found.blocks(), Note(notes)],
         as_json=as_json,
+        hint=hint,
         written=written,
     )
 
@@ -109,39 +106,3 @@ def _hover(found: Fit, mission: Mission) -> dict[str, float] | str | None:
         if ends_s := [hovers(each) for each in found.edge]:
             hover_s |= {"low": min(ends_s), "high": max(ends_s)}
     return hover_s
-
-
-def _found(found: Fit) -> Iterator[str]:
-    """The values, table by table of the mission, then the observations."""
-    from optuav.presentation.text import tabulated
-
-    yield f"{found.kind}: {found.data}"
-    tables: dict[str, list[Sequence[str]]] = {}
-    for value in found.rows:
-        name, _, key = value.key.rpartition(".")
-        name, key = name or "battery", NOT_KEYS.get(key, key)
-        row = value.written(" – ")
-        if not value.determined:
-            row = [row[0] if value.stated else "?", "not determined"]
-        rows = tables.setdefault(name, [(f"[{name}]", "value", "95 % between")])
-        rows.append((key, *row, *(["–"] if value.determined and not value.interval else [])))
-    for rows in tables.values():
-        yield from ("", *tabulated(rows, longest=LONGEST))
-    for panel in found.panels:
-        yield ""
-        if not panel.names:
-            left = math.dist(panel.observed, panel.fitted) / math.sqrt(len(panel.observed))
-            words = f"{left:.3g} {panel.unit} rms left over of {len(panel.observed)} samples"
-            yield f"{panel.quantity}: {words}"
-            continue
-        table = [(f"{panel.quantity} [{panel.unit}]", "observed", "fitted", "difference", "")]
-        roles = panel.roles or ["fitted"] * len(panel.names)
-        points = [*zip(panel.names, panel.observed, panel.fitted, roles, strict=True)]
-        for name, observed, fitted, role in points[:MOST_ROWS]:
-            same = math.isclose(fitted, observed, rel_tol=1e-9)
-            difference = "0" if same else f"{fitted - observed:+.3g}"
-            about = "" if role == "fitted" else role
-            table.append((name, f"{observed:.6g}", f"{fitted:.6g}", difference, about))
-        yield from tabulated(table, last=1, longest=LONGEST)
-        if (more := len(panel.names) - MOST_ROWS) > 0:
-            yield f"and {more} more"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from optuav.cli.options import by_flags, numbers_in
 from optuav.cli.output import check_places, deliver, say
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.presentation.blocks import Note
 
 if TYPE_CHECKING:
     from optuav.city.city import City
@@ -85,7 +86,7 @@ def city(
     lists = {name: [*getattr(town, name)] for name in NOTED}
     record = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
     record |= {"notes": notes, "warnings": warnings, "written": [str(path) for path in files]}
-    deliver(lambda: record, remarks, as_json=as_json, written=[*files])
+    deliver(lambda: record, [Note(remarks)], as_json=as_json, written=[*files])
 
 
 def _read(

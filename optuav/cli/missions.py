@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,9 @@ import typer
 import optuav
 from optuav.cli.options import is_plan, mission_of
 from optuav.cli.output import NO, check_places, deliver, say
-from optuav.errors import Fault, decimal, line_width, refuse
+from optuav.errors import Fault, decimal, refuse
+from optuav.presentation.blocks import Block, Note, Table
+from optuav.presentation.numbers import fixed, percent
 
 if TYPE_CHECKING:
     from optuav.fields import MissionSection
@@ -46,16 +49,15 @@ def show(
 
     check_places(None, plot)
     shown: Plan | Mission
-    contradictions = ""
+    contradictions = list[Block]()
     if is_plan(mission, ["set"] if settings else []):
         shown = optuav.load_plan(mission)
         if shown:
             verdict = optuav.audit(shown)
             shown = shown.model_copy(update={"flyable": bool(verdict)})
             if verdict.contradicted:
-                contradictions = (
-                    f"\n\nThe simulation contradicts {label(Path(mission))}.\n{verdict}"
-                )
+                words = f"The simulation contradicts {label(Path(mission))}."
+                contradictions = [Note([words]), *verdict.blocks()]
     else:
         shown = mission_of(mission, settings)
     written = []
@@ -64,9 +66,10 @@ def show(
 
         written = save_pictures(shown, plot)
     if isinstance(shown, optuav.Plan):
-        deliver(shown.to_dict, shown.summary() + contradictions, as_json=as_json, written=written)
+        blocks = [*shown.blocks(), *contradictions]
+        deliver(shown.to_dict, blocks, as_json=as_json, written=written)
     else:
-        deliver(partial(_data, shown), _pieces(shown), as_json=as_json, written=written)
+        deliver(partial(_data, shown), _blocks(shown), as_json=as_json, written=written)
     if contradictions or not shown:
         raise typer.Exit(NO)
 
@@ -83,80 +86,70 @@ def _data(mission: Mission) -> dict[str, Any]:
     return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings, **links}
 
 
-def _pieces(mission: Mission) -> Iterator[str]:
+def _blocks(mission: Mission) -> Iterator[Block]:
     """The mission's tables, and what follows from them: name, value and unit, a line each."""
     from optuav.fields import MissionSection
     from optuav.laser.beam import SpreadingBeam
     from optuav.network.feasibility import building_figures, derived, link_figures
 
-    yield f"{mission.name}  {mission.description}".rstrip()
+    yield Note([f"{mission.name}  {mission.description}".rstrip()])
     sections = [item for item in vars(mission).items() if isinstance(item[1], MissionSection)]
-    rows = {f"[{name}]": [*_settings(section)] for name, section in sections}
-    rows["derived"] = [(figure.name, figure.text, figure.unit) for figure in derived(mission)]
-    columns = zip(*(line for lines in rows.values() for line in lines), strict=True)
-    names, values, units = (max(map(len, column)) for column in columns)
-    names, values = max(30, names), min(values, line_width() - max(30, names) - units - 4)
-    for name, lines in rows.items():
-        yield f"\n{name}"
-        for key, value, unit in lines:
-            yield f"{key:{names}}  {value:{values}}  {unit}".rstrip()
+    tables = {f"[{name}]": [*_settings(section)] for name, section in sections}
+    tables["derived"] = [(each.name, each.text, each.unit) for each in derived(mission)]
+    parts = ([("", "", ""), (name, "", ""), *lines] for name, lines in tables.items())
+    yield Table((), [*chain.from_iterable(parts)][1:], words=3)
     if mission.buildings:
-        yield "\n[[buildings]]"
-        yield from _buildings(building_figures(mission))
+        yield _buildings(building_figures(mission))
     if isinstance(beam := mission.beam, SpreadingBeam) and (links := link_figures(mission)):
-        yield "\nbeam"
-        yield from _links(links)
-        yield f"\n{beam.eye_warning}"
+        yield _links(links)
+        yield Note([beam.eye_warning])
 
 
 def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
     """Key, value and unit; descriptions of keys have units and names of tables in brackets."""
     for key, value in section.model_dump(exclude_none=True).items():
         units = UNIT.findall(section.descriptions().get(key, ""))
-        yield key, _text(value), next((unit for unit in units if unit not in _NO_UNITS), "")
+        yield key, _shown(value), next((unit for unit in units if unit not in _NO_UNITS), "")
 
 
-def _text(value: object) -> str:
+def _shown(value: object) -> str:
     """A value as a person writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
-        return f"({', '.join(map(_text, value))})"
+        return f"({', '.join(map(_shown, value))})"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
+def _buildings(figures: Iterable[BuildingFigures]) -> Table:
     """A line a building: its place, its light, and the flight time by way of it."""
-    from optuav.presentation.text import tabulated
-
-    head = ("name", "position m", "footprint m", "received W", "T_fl s rest first", "hover first")
-    table: list[Sequence[str]] = [head]
-    for figure in figures:
-        size = figure.footprint_m or ()
-        times = figure.rest_first_s, figure.hover_first_s
+    heads = ("name", "position m", "footprint m", "received W", "T_fl s rest first", "hover first")
+    rows = list[Sequence[str]]()
+    for each in figures:
+        size = each.footprint_m or ()
+        times = each.rest_first_s, each.hover_first_s
         polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
         row = (
-            figure.name,
-            " ".join(f"{x:g}" for x in figure.position_m),
-            polygon or " × ".join(map(_text, size)),
-            f"{figure.received_power_W:.1f}" if figure.laser_sight else "no sight",
-            *("-" if s is None else f"{s:.2f}" for s in times),
+            each.name,
+            " ".join(f"{x:g}" for x in each.position_m),
+            polygon or " × ".join(map(_shown, size)),
+            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
+            *(fixed(time_s, otherwise="–") for time_s in times),
         )
-        table.append(row)
-    return tabulated(table, 3)
+        rows.append(row)
+    return Table(heads, rows, words=3, above="[[buildings]]")
 
 
-def _links(figures: Iterable[LinkFigures]) -> list[str]:
+def _links(figures: Iterable[LinkFigures]) -> Table:
     """A line a place: its distance, its share of the light, and what that charges."""
-    from optuav.presentation.text import tabulated
-
-    table: list[Sequence[str]] = [("place", "distance m", "share", "DC power W", "current A")]
-    for figure in figures:
-        dark = ("no sight", "-")
-        charged = f"{figure.received_power_W:.1f}", f"{figure.charge_current_A:.2f}"
-        known = f"{figure.distance_m:.1f}", f"{figure.share:.6f}"
-        table.append((figure.name, *known, *(charged if figure.laser_sight else dark)))
-    return tabulated(table)
+    rows = list[Sequence[str]]()
+    for each in figures:
+        dark = ("no sight", "–")
+        charged = f"{each.received_power_W:.1f}", f"{each.charge_current_A:.2f}"
+        known = f"{each.distance_m:.1f}", percent(each.share)
+        rows.append((each.name, *known, *(charged if each.laser_sight else dark)))
+    heads = ("place", "distance m", "share", "DC power W", "current A")
+    return Table(heads, rows, above="beam")
 
 
 def validate(mission: str, settings: list[str] | None = None, as_json: bool = False) -> None:
@@ -171,7 +164,7 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
     lines = [f"{checked.name}: every key of the mission is in order"]
     lines += [f"warning: {warning}" for warning in warnings]
     data = {"mission": checked.name, "valid": True, "warnings": warnings}
-    deliver(lambda: data, lines, as_json=as_json)
+    deliver(lambda: data, [Note(lines)], as_json=as_json)
 
 
 def missions(of_the_set: bool = False, as_json: bool = False) -> None:
@@ -186,10 +179,8 @@ def missions(of_the_set: bool = False, as_json: bool = False) -> None:
         {"name": path.stem, "description": tomllib.loads(path.read_text("utf-8"))["description"]}
         for path in sorted(SHIPPED.iterdir(), key=lambda path: path.stem)
     ]
-    margin = 2 + max(len(row["name"]) for row in rows)
-    table = [{"name": "mission", "description": "what it is"}, *rows]
-    lines = [f"{row['name']:{margin}}{row['description']}" for row in table]
-    deliver(lambda: rows, lines, as_json=as_json)
+    lines = [("mission", "what it is"), *((row["name"], row["description"]) for row in rows)]
+    deliver(lambda: rows, [Table((), lines, words=2)], as_json=as_json)
 
 
 def new(file: Path, source: str = "paper", **numbers: Any) -> None:
@@ -246,9 +237,9 @@ def _sheet(form: type[Drone], stated: Mapping[str, Any]) -> Drone:
 def _answer(form: type[Drone], name: str, text: Any) -> float:
     """A number that the datasheet takes; the prompt repeats after anything else."""
     from optuav.fields import Range
-    from optuav.mission.messages import described
+    from optuav.mission.messages import limits_of
 
-    known = next(described(form, name))
+    known = next(limits_of(form, name))
     with suppress(ValueError):
         number = decimal(str(text))
         value = int(number) if number.is_integer() else number

@@ -223,12 +223,14 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
         elif values:
             mission = mission.replace(values)
     options = vars(SolveOptions())
-    refuse(_as_written(fault, values) if fault.key in options else fault for fault in faults)
+    refuse(
+        _with_value_as_typed(fault, values) if fault.key in options else fault for fault in faults
+    )
     assert mission is not None
     return mission
 
 
-def _as_written(fault: Fault, values: Mapping[str, Any]) -> Fault:
+def _with_value_as_typed(fault: Fault, values: Mapping[str, Any]) -> Fault:
     """The fault of a setting that is an option by itself."""
     value, flag = values[fault.key], fault.key.replace("_", "-")
     text = "" if value is None else str(value)

@@ -6,14 +6,18 @@ import json
 import os
 import shlex
 import sys
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import typer
 
-from optuav.errors import folded, line_width, printable, spelled
+from optuav.errors import encodable, printable
+from optuav.presentation.blocks import Blocks
+from optuav.presentation.text import as_text, filled, line_width
 
 NO, BAD_INPUT, FAILED = 1, 2, 3
 """Exit codes: no feasible or flyable plan; bad input; an engine that failed or proved nothing."""
@@ -67,8 +71,12 @@ def say(text: str, style: str = "", *, error: bool = False, most: int | None = 8
     # `typer.echo` would write UTF-8 where the console says that it reads ASCII.
     write = typer.echo if (terminal := stream.isatty()) else print
     plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not terminal
-    width = line_width(sys.maxsize if error else most) if most else sys.maxsize
-    for line in folded(printable(spelled(text, stream), "\n"), width).split("\n"):
+    lines = printable(encodable(text, stream), "\n").split("\n")
+    if most:
+        width = line_width(sys.maxsize if error else most)
+        parts = (filled(line, width, below=2, whole=True) for line in lines)
+        lines = [*chain.from_iterable(parts)]
+    for line in lines:
         word = line.partition(" ")[0]
         weight, _, colour = (style or STYLES.get(word, "")).partition(" ")
         start = (word if word.endswith(":") else line) if weight and not plain else ""
@@ -79,19 +87,20 @@ def say(text: str, style: str = "", *, error: bool = False, most: int | None = 8
 def command(*parts: Sequence[str]) -> str:
     """A command as a shell takes it, on several lines where it is long, each part on one."""
     words = (shlex.join(part).replace(" ", "\0") for part in parts)
-    lines = folded(" ".join(words), line_width() - 2).split("\n")
+    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    lines = textwrap.wrap(" ".join(words), line_width() - 2, subsequent_indent="  ", **whole)
     return " \\\n".join(lines).replace("\0", " ")
 
 
 def deliver(
     data: Callable[[], object],
-    shown: str | Iterable[str],
+    shown: Blocks | str,
     *,
     as_json: bool,
     hint: str = "",
     written: Iterable[Path] = (),
 ) -> None:
-    """Print an answer as JSON; or as text, with a command to copy, and the files written.
+    """Print an answer as JSON; or its blocks or text, with a command to copy, and files written.
 
     With JSON nothing is taken from `shown`; with a file on the standard output nothing else is
     printed.
@@ -102,7 +111,7 @@ def deliver(
         # Escapes signs outside ASCII, for any console.
         say(json.dumps(data(), indent=2), most=None)
         return
-    say((shown if isinstance(shown, str) else "\n".join(shown)).rstrip("\n"))
+    say(shown if isinstance(shown, str) else as_text(shown), most=None)
     if hint:
         say(hint, most=None)
     for path in written:

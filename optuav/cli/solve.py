@@ -68,7 +68,7 @@ def solve(
     hint = ""
     if plan.status is Status.INFEASIBLE and explained:
         hint = f"What would make it feasible:\n{_explaining(mission, asked, settings)}"
-    deliver(plan.to_dict, plan.summary(), as_json=as_json, hint=hint, written=written)
+    deliver(plan.to_dict, plan.blocks(), as_json=as_json, hint=hint, written=written)
     _leave(plan)
 
 
@@ -139,7 +139,7 @@ def explain(
     if any(note.startswith(f"{MORE_STOPS}: ") for note in explained.notes):
         searched = replace(asked, stops=2, hovers=2, engine="auto", slot_s=None, order=None)
         hint = f"What more stops would gain:\n{_explaining(mission, searched, settings)}"
-    deliver(explained.to_dict, str(explained), as_json=as_json, hint=hint)
+    deliver(explained.to_dict, explained.blocks(), as_json=as_json, hint=hint)
     _leave(explained.plan)
 
 
@@ -155,7 +155,7 @@ def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
         from optuav import plots
 
         written.append(plots.save(plots.profile(judged.replay), plot))
-    deliver(judged.to_dict, str(judged), as_json=as_json, written=written)
+    deliver(judged.to_dict, judged.blocks(), as_json=as_json, written=written)
     if not judged:
         raise typer.Exit(NO)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -18,6 +18,8 @@ from optuav.cli.options import mission_of, numbers_in
 from optuav.cli.output import FAILED, NO, check_places, deliver, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, collected, decimal, refuse
 from optuav.options import Order, Perspective
+from optuav.presentation.blocks import Block, Facts, Note
+from optuav.presentation.numbers import percent
 
 if TYPE_CHECKING:
     from optuav.mission import Mission
@@ -52,9 +54,13 @@ class StudyOptions:
         refuse(faults)
         return mission
 
-    def deliver(self, found: Result, more: Mapping[str, object] | None = None) -> None:
-        """Write the files that were asked for of a result, with more figures, and print it."""
-        from optuav.presentation.text import as_lines
+    def deliver(
+        self,
+        found: Result,
+        more: Mapping[str, object] | None = None,
+        below: Sequence[str] = (),
+    ) -> None:
+        """Write the files asked for of a result, with more figures; print it, more lines below."""
 
         def data() -> dict[str, object]:
             whole = found.to_dict()
@@ -71,7 +77,8 @@ class StudyOptions:
             written.append(self.save)
         if self.plot is not None:
             written += found.save_pictures(self.plot)
-        deliver(data, as_lines(found.blocks()), as_json=self.as_json, written=written)
+        blocks = [*found.blocks(), Note(below)]
+        deliver(data, blocks, as_json=self.as_json, written=written)
 
 
 def compare(
@@ -192,12 +199,10 @@ def coverage(
     if hours is not None:
         with progress() as bar:
             results = cycle.event(hours, drones, bar)
-    figures, turns = dict[str, object](), ""
+    figures, turns = dict[str, object](), list[str]()
     if drones is not None and hours is None:
         figures, turns = _turns(cycle, drones, share, overlap_s)
-    out.deliver(results, figures)
-    if turns and not out.as_json:
-        say(turns)
+    out.deliver(results, figures, turns)
 
 
 def _faults_of_hours(
@@ -223,23 +228,23 @@ def _faults_of_hours(
 
 def _turns(
     cycle: Coverage, drones: int, share: float, overlap_s: float
-) -> tuple[dict[str, object], str]:
+) -> tuple[dict[str, object], list[str]]:
     """Return what drones in turns cover and what their pads must deliver, also in words."""
-    from optuav.mission.messages import counted
+    from optuav.mission.messages import plural
     from optuav.service.fleet import covering
 
-    number, covers = counted(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
+    number, covers = plural(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
     figures: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
-    words = f"\nTurns of {number} cover {figures['drones_share']:.2%} of the time"
+    words = f"Turns of {number} cover {percent(min(covers, 1.0))} of the time"
     words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
     if cycle.charged_by == "exchange":
-        return figures, words
+        return figures, [words]
     try:
         pads = cycle.watts(drones, share, overlap_s)
     except NoPlanError as error:
-        return figures | {"pad_reason": str(error)}, f"{words}\n{error}"
+        return figures | {"pad_reason": str(error)}, [words, str(error)]
     figures |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-    return figures, f"{words}\nPads of {number} {covering(share, overlap_s)}: {pads}"
+    return figures, [words, f"Pads of {number} {covering(share, overlap_s)}: {pads}"]
 
 
 def size(
@@ -320,7 +325,7 @@ def map(
     Exit code 1 if there is no plan anywhere.
     """
     from optuav import maps
-    from optuav.maps.output import FORMATS, summary, to_dict
+    from optuav.maps.output import FORMATS, blocks, to_dict
     from optuav.maps.positions import DEVICE, HOVER_POINT, LASER, faults_of, hovers
     from optuav.mission.messages import unknown
 
@@ -344,7 +349,7 @@ def map(
 
         pictures = [(f"{over}.png", hover_map(moved, found.labelled()))]
         written += save_figures(pictures, out.plot)
-    deliver(lambda: to_dict(found), summary(found), as_json=out.as_json, written=written)
+    deliver(lambda: to_dict(found), blocks(found), as_json=out.as_json, written=written)
     if "best_m" not in found.facts:
         raise typer.Exit(NO)
 
@@ -384,19 +389,21 @@ def sweep(
         "pictures": [str(path) for path in written],
         "elapsed_s": round(took_s, 3),
     }
-    deliver(lambda: data, _swept(done, plans), as_json=as_json, written=written)
+    deliver(
+        lambda: data, [Facts([*_swept(done, plans)], whole=True)], as_json=as_json, written=written
+    )
 
 
-def _swept(done: Swept, plans: Mapping[str, int]) -> Iterator[str]:
+def _swept(done: Swept, plans: Mapping[str, int]) -> Iterator[tuple[str, str]]:
     """Yield how many scenarios have a plan, why others have none, and the range of hovers."""
-    yield f"Scenarios  {done.scenarios}"
-    yield f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept)
-    yield f"Directory  {done.directory}"
+    yield "Scenarios", f"{done.scenarios}"
+    yield "Parts", f"{done.parts}" + f", {done.kept} of them from before" * bool(done.kept)
+    yield "Directory", f"{done.directory}"
     for name, reasons in done.reasons.items():
         why = [f"{count} without: {words}" for words, count in reasons.items()]
-        yield f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}"
+        yield "Plans", "; ".join([f"{name} {plans[name]}", *why])
         if ends := done.hover_time_s[name]:
-            yield f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
+            yield "Hover", f"{name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
 
 
 def reproduce(
@@ -435,5 +442,7 @@ def ledger(
         from optuav.mission.files import write_text
 
         write_text(save, entries.to_csv())
-    more = f"{entries.summary}\n\nWith reasons: optuav ledger --details, or NAME..."
-    deliver(entries.records, entries.details if names or details else more, as_json=as_json)
+    blocks: list[Block] = [*(entries.entry_blocks() if names or details else entries.blocks())]
+    if not (names or details):
+        blocks.append(Note(["With reasons: optuav ledger --details, or NAME..."]))
+    deliver(entries.records, blocks, as_json=as_json)

@@ -270,7 +270,7 @@ def _explained(
             return replace(explained, plan=plan, notes=(NO_SPEEDS, *explained.notes))
         held = program.held(plan)
         reply = _optimum(held, plan, held.answers(), brief)
-        return replace(reply, notes=(program.price_in_words(plan), AT_SPEEDS, *reply.notes))
+        return replace(reply, notes=(program.price_words(plan), AT_SPEEDS, *reply.notes))
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
         plan = plan if plan or brief else program.plan(solutions)

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
-from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
+from optuav.diagnosis.infeasibility import Certificate, Conflict, plain
 from optuav.diagnosis.key_prices import KeyPrice
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
-
-
-def with_unit(value: float, unit: str) -> str:
-    """A number and its unit, none for a ratio."""
-    return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
+from optuav.presentation.numbers import figure, with_unit
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ class ConstraintAtOptimum:
     @property
     def figures(self) -> str:
         """Both sides in numbers."""
-        left = number_text(self.left, max(1.0, abs(self.right)))
+        left = figure(self.left, beside=max(1.0, abs(self.right)))
         return f"{left} {self.sense} {with_unit(self.right, self.unit)}"
 
     @property

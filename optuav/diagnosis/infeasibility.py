@@ -28,7 +28,7 @@ from formulations.soc import LABELS
 from optuav.arrays import Values
 from optuav.engines import bracket
 from optuav.engines.linear_form import linear_form
-from optuav.errors import InputError, printed
+from optuav.errors import InputError, for_console
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
@@ -36,6 +36,7 @@ from optuav.modelling.declaration import Constraint
 from optuav.modelling.expression import Parameter
 from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.traversal import leaves
+from optuav.presentation.numbers import figure
 from optuav.solving import Program
 from optuav.solving.outcome import moments, subset, words
 from optuav.solving.parts import Part
@@ -45,7 +46,6 @@ ROUNDING = Fraction(1, 10**11)
 """Violation by rounding that counts as no conflict, relative to max(1, |limit|)."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
-DUST = 1e-9  # Share of its scale below which a number is printed as 0
 FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 
 Coefficients = Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
@@ -126,13 +126,13 @@ class Certificate:
     def table(self) -> list[tuple[str, str, str]]:
         """Multipliers, labels and rows as text with six digits, and their sum."""
         rows = [
-            (f"{number_text(e.multiplier)} ×", e.label, _inequality(e.coefficients, e.limit))
+            (f"{figure(e.multiplier)} ×", e.label, _inequality(e.coefficients, e.limit))
             for e in self.rows
         ]
         verdict = "" if self.objective else ", which is false"
         return [*rows, ("sum", "", _inequality(self.coefficients, self.limit) + verdict)]
 
-    __str__ = printed(lambda self: "\n".join("  ".join(filter(None, x)) for x in self.table))
+    __str__ = for_console(lambda self: "\n".join("  ".join(filter(None, x)) for x in self.table))
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data; every number exact, ``"numerator/denominator"``, and rounded."""
@@ -158,20 +158,13 @@ def plain(value: object) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def number_text(value: float | Fraction, scale: float = 0.0) -> str:
-    """Six digits, with a true minus sign; 0 for rounding beside a scale."""
-    if abs(float(value)) < DUST * scale:
-        return "0"
-    return f"{float(value):.6g}".replace("-", "−")
-
-
 def _inequality(coefficients: Coefficients, limit: Fraction) -> str:
     terms: list[str] = []
     for symbol, factor in coefficients.items():
-        size = symbol if abs(factor) == 1 else f"{number_text(abs(factor))}·{symbol}"
+        size = symbol if abs(factor) == 1 else f"{figure(abs(factor))}·{symbol}"
         sign = "−" if factor < 0 else "+"
         terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
-    return f"{' '.join(terms) or '0'} ≤ {number_text(limit)}"
+    return f"{' '.join(terms) or '0'} ≤ {figure(limit)}"
 
 
 def certificates(

@@ -17,7 +17,7 @@ from optuav.arrays import Booleans, Floats, Values
 from optuav.engines import bracket, grid
 from optuav.engines.linear_form import slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS
-from optuav.errors import InputError, SolverError, printed
+from optuav.errors import InputError, SolverError, for_console
 from optuav.mission import Mission
 from optuav.mission.keys import Key, as_stated, stated_keys
 from optuav.mission.messages import shown
@@ -125,7 +125,7 @@ class Repair:
             return 1.0
         return abs(self.value - self.now) / max(abs(self.value), abs(self.now))
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         if self.value is None:
             return f"{self.key} left out"

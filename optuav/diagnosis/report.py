@@ -1,16 +1,26 @@
-"""An explanation: its findings as text with labels in the margin."""
+"""An explanation: its findings as blocks."""
 
 import math
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from formulations.soc import LABELS
-from optuav.diagnosis.findings import ConstraintAtOptimum, Findings, with_unit
-from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text
+from optuav.diagnosis.findings import ConstraintAtOptimum, Findings
+from optuav.diagnosis.infeasibility import Certificate, Conflict
 from optuav.diagnosis.sentences import binding
-from optuav.diagnosis.wording import UNDECIDED, in_words, name, sentence, signed, valued
-from optuav.errors import line_width, printed, spelled
-from optuav.plan.summary import LABEL, wrapped
+from optuav.diagnosis.wording import (
+    UNDECIDED,
+    constraint_words,
+    gain_figure,
+    key_of,
+    price_words,
+    symbol_and_value,
+)
+from optuav.plan.summary import question_blocks
+from optuav.presentation.blocks import Block, Facts, Fold, Table
+from optuav.presentation.numbers import percent, with_unit
+from optuav.presentation.presented import Presented
 
 MOST_REPAIRS = 12
 EXACT = "rounded here; --json gives exact fractions"
@@ -18,12 +28,14 @@ NO_REPAIR = (
     "no change of a single number, up to a factor of 1000, was found that makes it feasible; "
     "places were not moved"
 )
+NONE_BETTER = "on this route no point that satisfies all of these is better:"
+ONE_OF = "one of these holds:"
 NOT_TRIED = "each is a single change; places were not moved"
 IN_SLOTS = "where whole slots have to add up to a time exactly, values between those tried may do"
 
 
 @dataclass(frozen=True)
-class Explanation(Findings):
+class Explanation(Presented, Findings):
     """Explanation of an answer by `optuav.explain`; print it. True where there is a plan.
 
     Parameters
@@ -64,176 +76,174 @@ class Explanation(Findings):
     True
     """
 
-    @printed
-    def __str__(self) -> str:
-        head, *_ = self.plan.summary().split("\n\n")
-        blocks = [head.splitlines(), *(_optimum(self) if self else _no_plan(self))]
+    def blocks(self) -> Iterator[Block]:
+        """Yield the question, what binds or conflicts, proofs, prices or repairs, and notes."""
+        yield from question_blocks(self.plan)
+        yield from _optimum(self) if self else _no_plan(self)
         if self.doubt_costs_s:
             (costliest, gain_s), *_ = self.doubt_costs_s.items()
             words = f"{costliest} costs most: {gain_s:.3f} s of hover on the robust route"
-            rows = ((each, f"{cost_s:.3f} s") for each, cost_s in self.doubt_costs_s.items())
-            blocks.append([*wrapped("Doubt", words), *_columns(rows)])
-        blocks.append([line for note in self.notes for line in wrapped("Note", note)])
-        return "\n\n".join("\n".join(block) for block in blocks if block)
+            rows = [(number, f"{cost_s:.3f} s") for number, cost_s in self.doubt_costs_s.items()]
+            yield Table((), rows, label="Doubt", above=words)
+        yield Facts([("Note", note) for note in self.notes])
 
     def __repr__(self) -> str:
         count = len(self.constraints) if self else len(self.conflicts)
         counted = f"{count} {'constraints' if self else 'conflicts'}"
         return repr(self.plan).replace("Plan for", "Explanation for")[:-1] + f", {counted}>"
 
-    def _repr_html_(self) -> str:
-        from optuav.diagnosis.display import html
 
-        return html(self)
-
-
-def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
-    """Rows as aligned columns under the label; the last column wraps.
-
-    A cell too long for its column but not for a line stays whole, as near to it as it fits.
-    """
-    table, width = [[*map(spelled, row)] for row in rows], line_width()
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    lines = list[str]()
-    for row in table:
-        start = " " * LABEL + "".join(f"{cell}  " for cell in map(str.ljust, row, widths[:-1]))
-        head, last = start.rstrip(), row[-1]
-        if not LABEL <= width - len(last) < len(start):
-            lines += wrapped("", last, start, len(start) + 2)
-        elif len(head) + 2 + len(last) <= width:
-            lines.append(f"{head}{last:>{width - len(head)}}")
-        else:
-            lines += [head, f"{last:>{width}}"]
-    return lines
-
-
-def _labelled(label: str, lines: list[str]) -> list[str]:
-    """Lines with a label in the margin of the first."""
-    return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
-
-
-def _no_plan(explained: Findings) -> Iterator[list[str]]:
-    """Conflicts and repairs, one block of lines each."""
+def _no_plan(explained: Explanation) -> Iterator[Block]:
+    """Conflicts with their proofs, and repairs."""
     plan, repairs = explained.plan, explained.repairs
     for conflict in explained.conflicts:
-        yield from conflict_text(conflict, plan.slot_s)
+        yield from conflict_blocks(conflict, plan.slot_s)
     if any(conflict.certificates for conflict in explained.conflicts):
-        yield wrapped("Exact", EXACT)
+        yield Facts([("Exact", EXACT)])
     if repairs:
-        rows = _columns(repair.row for repair in repairs[:MOST_REPAIRS])
-        lines = [f"{'  or' * (line[LABEL] != ' '):<{LABEL}}{line[LABEL:]}" for line in rows]
-        lines = _labelled("Feasible if", lines)
-        if (more := len(repairs) - MOST_REPAIRS) > 0:
-            lines += wrapped("", f"and {more} more")
-        yield [*lines, *wrapped("", NOT_TRIED)]
+        rows = [repair.row for repair in repairs[:MOST_REPAIRS]]
+        more = len(repairs) - len(rows)
+        below = [f"and {more} more", NOT_TRIED] if more else [NOT_TRIED]
+        yield Table((), rows, words=2, label="Feasible if", above=ONE_OF, below=below)
     elif explained.conflicts or plan.proof == "physics":
-        yield wrapped("Repairs", NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}")
+        words = NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}"
+        yield Facts([("Repairs", words)])
 
 
-def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
-    """A conflict with its proofs, one block of lines each."""
+def conflict_blocks(conflict: Conflict, slot_s: float | None) -> Iterator[Block]:
+    """A conflict with its proofs."""
     such_as = f"{conflict.routes} routes, such as " if conflict.routes > 1 else ""
     where = f"on {such_as}{' → '.join(conflict.route)}"
     for proof in conflict.proofs:
         together = " together" if len(proof.labels) > 1 else ""
         keys = f" ({', '.join(proof.keys)})" if proof.keys else ""
-        named = ", ".join(map(in_words, proof.labels))
-        lines = wrapped("Conflict", f"{where}: {named} cannot hold{together}{keys}")
+        named = ", ".join(map(constraint_words, proof.labels))
+        words = f"{where}: {named} cannot hold{together}{keys}"
         if isinstance(proof, Certificate):
-            yield [*lines, *_labelled("  proof", _columns(_in_words(proof)))]
+            yield Table((), _rows(proof), words=3, label="Conflict", above=f"{words}; the proof:")
             continue
+        lines = [("Conflict", words)]
         if proof.broken:
             even = "without" if together else "even without"
-            lines += wrapped("  there", f"{'; '.join(proof.broken)}, {even} any stay")
+            lines.append(("  there", f"{'; '.join(proof.broken)}, {even} any stay"))
         far = "" if math.isinf(proof.far_s) else f" whose sum is at most {proof.far_s:g} s"
         words = f"bracketed: no times{far} satisfy them"
         words += " all, but some do if any one of them is left out" if together else ""
-        yield [*lines, *wrapped("  proof", words)]
+        yield Facts([*lines, ("  proof", words)])
     if not conflict.proofs:
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
-        yield wrapped("Conflict", f"{where}: no certificate, {why}")
+        yield Facts([("Conflict", f"{where}: no certificate, {why}")])
 
 
-def _in_words(proof: Certificate) -> Iterator[tuple[str, str, str]]:
+def _rows(proof: Certificate) -> list[tuple[str, str, str]]:
     """The rows of a proof, their labels in words."""
-    return ((factor, in_words(label), row) for factor, label, row in proof.table)
+    return [(factor, constraint_words(label), _whole(row)) for factor, label, row in proof.table]
+
+
+def _whole(comparison: str) -> str:
+    """A comparison or a sum that is broken before a sign, not behind it."""
+    return re.sub(r" ([≤≥=+−]) ", " \\1\N{NO-BREAK SPACE}", comparison)
 
 
 def _limit(side: ConstraintAtOptimum) -> str:
     """A constraint in words; of a time that is at least 0, the time."""
     if side.kind == "bounds":
-        return in_words(side.label).removeprefix("range of the ").removesuffix(" ≥ 0")
-    return in_words(side.words or side.label)
+        return constraint_words(side.label).removeprefix("range of the ").removesuffix(" ≥ 0")
+    return constraint_words(side.words or side.label)
 
 
-def _optimum(explained: Findings) -> Iterator[list[str]]:
-    """Return binding limits, slack, proof and prices, one block of lines each."""
+def _optimum(explained: Explanation) -> Iterator[Block]:
+    """Stays, binding limits, slack, proof and prices."""
     plan, sides = explained.plan, explained.constraints
     stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
-    head = wrapped("Optimum", ", ".join(stays))
-    if said := binding(explained):
-        head += wrapped("What binds", said)
-    yield head
+    lines = [("Optimum", ", ".join(stays))]
+    if words := binding(explained):
+        lines.append(("What binds", words))
+    yield Facts(lines)
     wells = [side for side in sides if side.kind in LABELS]
     others = [side for side in sides if side.kind not in LABELS]
-    figures = ((_limit(other), other.figures) for other in others if other.binds)
     names = [_limit(well) for well in wells if well.binds]
-    names = names if sides else [*map(in_words, plan.binding)]
-    yield _labelled("Binding", _columns(figures) + _columns((name,) for name in names))
-    rows = [(e.spare, f"{_limit(e)}: {e.figures}") for e in others if not e.binds]
-    free = [(well, f"{number_text(well.slack)} of capacity") for well in wells if not well.binds]
-    rows += [(share, _limit(well)) for well, share in free if not well.in_flight]
-    if flown := [each for each in free if each[0].in_flight]:  # the least stands for all
-        least, share = min(flown, key=lambda each: each[0].slack)
-        more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
-        rows.append((share, f"{_limit(least)}{more}"))
-    yield _labelled("To spare", _columns(rows))
+    names = names if sides else [*map(constraint_words, plan.binding)]
+    rows = [(_limit(other), _whole(other.figures)) for other in others if other.binds]
+    yield Table((), [*rows, *((name, "") for name in names)], words=2, label="Binding")
+    yield Table((), [*_spare(wells, others)], words=2, label="To spare")
+    if sides:
+        yield Fold(*_all_constraints(explained), in_text=False)
     if explained.bound is not None:
-        head = wrapped("Proof", "on this route no point that satisfies all of these is better:")
-        yield [*head, *_columns(_in_words(explained.bound))]
+        yield Table((), _rows(explained.bound), words=3, label="Proof", above=NONE_BETTER)
     yield from _prices(explained)
-    yield _key_prices(explained)
+    yield from _key_prices(explained)
 
 
-def _key_prices(explained: Findings) -> list[str]:
+def _spare(
+    wells: list[ConstraintAtOptimum], others: list[ConstraintAtOptimum]
+) -> Iterator[tuple[str, str]]:
+    """Slack of what does not bind; of the wells in flight, the least stands for all."""
+    yield from ((e.spare, f"{_limit(e)}: {_whole(e.figures)}") for e in others if not e.binds)
+    free = [well for well in wells if not well.binds]
+    for well in free:
+        if not well.in_flight:
+            yield f"{percent(well.slack)} of capacity", _limit(well)
+    if flown := [well for well in free if well.in_flight]:
+        least = min(flown, key=lambda well: well.slack)
+        more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
+        yield f"{percent(least.slack)} of capacity", f"{_limit(least)}{more}"
+
+
+def _all_constraints(explained: Explanation) -> tuple[str, list[Table]]:
+    """Title and table of all constraints as they are stated, those that bind first."""
+    sides = sorted(explained.constraints, key=lambda side: not side.binds)
+    rows = [(e.words, e.label, e.statement, e.figures, e.spare) for e in sides]
+    heads = ("limit", "constraint", "as stated", "in numbers", "to spare")
+    well = "; y1_k is the charge in the available well after step k"
+    shows_well = any(e.step is not None and e.statement for e in sides)
+    return f"Constraints ({len(rows)}){well * shows_well}", [Table(heads, rows)]
+
+
+def _key_prices(explained: Explanation) -> Iterator[Block]:
     """The worth of a percent of the keys that have one, and the names of the others."""
-    worth = [
-        (row.key, with_unit(row.value, row.unit), signed(float(f"{row.more:.3g}")))
-        for row in explained.key_prices
-        if row.size
+    worth = [row for row in explained.key_prices if row.size]
+    rows = [
+        (
+            row.key,
+            with_unit(row.value, row.unit),
+            *(gain_figure(x, 3) for x in (row.less, row.more)),
+        )
+        for row in worth
     ]
-    head = f"{explained.objective} by 1 % more of a key, solved again over all routes:"
-    lines = [*wrapped("One percent", head), *_columns(worth)] if worth else []
-    without = ", ".join(row.key for row in explained.key_prices if not row.size)
-    return lines + (wrapped("No effect", without) if without else [])
+    if rows:
+        heads = ("key", "value", "1 % less", "1 % more")
+        words = f"{explained.objective} by a percent of a key, solved again over all routes:"
+        yield Table(heads, rows, words=2, longest=34, label="One percent", above=words)
+    if without := ", ".join(row.key for row in explained.key_prices if not row.size):
+        yield Facts([("No effect", without)])
 
 
-def _prices(explained: Findings) -> Iterator[list[str]]:
+def _prices(explained: Explanation) -> Iterator[Block]:
     """The prices, parameters without effect, and values beyond which nothing is feasible."""
     worth = [price for price in explained.prices if price.matters and not price.at_edge]
     if worth:
-        rows, sentences = [], []
+        rows = list[tuple[str, str, str]]()
         for price in worth:
-            rates = signed(price.more)
+            rates = gain_figure(price.more)
             if price.has_kink:
-                rates = f"{signed(price.less)} below, {rates} above"
-            rows.append((name(price), valued(price), rates))
-            if price.solved_again:
-                sentences += wrapped("", sentence(explained, price))
+                rates = f"{gain_figure(price.less)} below, {rates} above"
+            rows.append((key_of(price), symbol_and_value(price), rates))
         rated = "" if all(price.solved_again for price in worth) else ", for small changes"
         head = f"{explained.objective} per unit of a parameter, the others held{rated}:"
-        yield [*wrapped("Prices", head), *_columns(rows)]
-        yield _labelled("One more", sentences)
-    free = ", ".join(name(price) for price in explained.prices if not price.matters)
+        yield Table((), rows, words=3, label="Prices", above=head)
+        again = [price_words(explained, price) for price in worth if price.solved_again]
+        yield Facts([("" if k else "One more", words) for k, words in enumerate(again)])
+    free = ", ".join(key_of(price) for price in explained.prices if not price.matters)
     if free and explained.more_stops_open:
-        yield wrapped("Undecided", f"{free}: {UNDECIDED}")
+        yield Facts([("Undecided", f"{free}: {UNDECIDED}")])
     elif free:
-        yield wrapped("No effect", free)
+        yield Facts([("No effect", free)])
     edges = [
-        f"{word} {name(price)}"
+        f"{word} {key_of(price)}"
         for price in explained.prices
         for word, rate in (("more", price.more), ("less", price.less))
         if price.at_edge and math.isinf(rate)
     ]
     if edges:
-        yield wrapped("At the edge", f"nothing is feasible with {', '.join(edges)}")
+        yield Facts([("At the edge", f"nothing is feasible with {', '.join(edges)}")])

@@ -16,6 +16,7 @@ from optuav.network.network import Network
 from optuav.network.places import laser_reach, on_landing
 from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
+from optuav.presentation.numbers import percent
 from optuav.solving import Program
 from optuav.solving.program import entry_of
 
@@ -90,7 +91,7 @@ def route(plan: Plan) -> str:
         else:
             stays.append("hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
-    return _sentence(words) if stays else ""
+    return _sentence_words(words) if stays else ""
 
 
 def header(program: Program, explained: Findings) -> dict[str, object]:
@@ -158,7 +159,7 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     kind, moment, limits = kind_of(constraint), constraint.moment, mission.limits
     role = ROLES.get(kind, "bounds")
     words = {
-        "charge": f"charge left: {100.0 * limits.min_soc:.3g} %",
+        "charge": f"charge left: {percent(limits.min_soc)}",
         "deadline": f"deadline: {limits.deadline_s:.6g} s",
     }.get(role, constraint.label if kind != "bounds" else "")
     short = words.partition(":")[0]
@@ -170,7 +171,7 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     return Curve(role, words, short, SYMBOLS.get(role, ""))
 
 
-def _sentence(words: str) -> str:
+def _sentence_words(words: str) -> str:
     """Words as a sentence, none for none; a symbol of a user's problem keeps its case."""
     if not words:
         return ""
@@ -198,19 +199,13 @@ def binding(explained: Findings) -> str:
         words = f"neither {' nor '.join(reversed(loose))} binds"
     else:
         words = f"{loose[0]} does not bind" if loose else ""
-    return _sentence(words)
+    return _sentence_words(words)
 
 
 def _landed(side: ConstraintAtOptimum) -> str:
     """The charge left at a landing that a limit holds there, in words; empty for another limit."""
     left, _, where = side.words.partition("charge left ")
-    return f"{100.0 * side.right:.3g} % left {where}" if where and not left else ""
-
-
-def binding_moments(explained: Findings) -> str:
-    """When the available well is at a limit that binds; empty where none does."""
-    words = "; ".join(e.words for e in explained.constraints if e.binds and e.kind in LABELS)
-    return _sentence(words)
+    return f"{percent(side.right)} left {where}" if where and not left else ""
 
 
 def worth(explained: Findings) -> str:
@@ -225,7 +220,7 @@ def worth(explained: Findings) -> str:
         return ""
     (first, most), *others = gains
     also = "".join(f", {what} {gain}" for what, gain in others)
-    return _sentence(f"{first} gives {most} of hover{also}")
+    return _sentence_words(f"{first} gives {most} of hover{also}")
 
 
 class Idle(NamedTuple):

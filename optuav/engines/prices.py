@@ -30,6 +30,9 @@ from optuav.modelling.expression import Operand, Parameter, Relation
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import Slope, evaluate, leaves, slope
+from optuav.presentation.blocks import Block, Table
+from optuav.presentation.numbers import figure
+from optuav.presentation.presented import Presented
 
 MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row counts as met, in exact and in other answers."""
@@ -217,7 +220,7 @@ class ShadowPrice(NamedTuple):
         return not math.isclose(self.less, self.more, rel_tol=1e-6)
 
 
-class ShadowPrices(dict[str, ShadowPrice]):
+class ShadowPrices(Presented, dict[str, ShadowPrice]):
     """Shadow prices by name of the parameter: a dict.
 
     Parameters
@@ -242,15 +245,15 @@ class ShadowPrices(dict[str, ShadowPrice]):
     def __repr__(self) -> str:
         return f"<ShadowPrices of {len(self)} parameters, {sum(map(any, self.values()))} not 0>"
 
-    def _repr_html_(self) -> str:
-        from optuav.markup import figure, paragraph, shown, table
-
+    def blocks(self) -> Iterator[Block]:
+        """Yield a row for each parameter."""
         rows = [
             (name, each.symbol, "" if each.unit == "1" else each.unit, *map(figure, self[name]))
             for name, each in self.parameters.items()
         ]
         words = "Change of the best objective per unit of a parameter, the others held"
-        return shown(paragraph(words), table(("parameter", "symbol", "unit", "less", "more"), rows))
+        heads = ("parameter", "symbol", "unit", "less", "more")
+        yield Table(heads, rows, words=3, longest=60, above=words)
 
     def to_frame(self) -> DataFrame:
         """One row a parameter; needs pandas.

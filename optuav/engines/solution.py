@@ -1,7 +1,7 @@
 """The solution that every engine returns."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import chain
@@ -13,23 +13,26 @@ from optuav.arrays import Floats, Values
 from optuav.engines import prices
 from optuav.engines.linear_form import own_bounds
 from optuav.engines.prices import Residuals, ShadowPrices
-from optuav.errors import SolverError, printed
+from optuav.errors import SolverError
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.check import Checks, evaluated, relations, unusable
-from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns, worth
+from optuav.presentation.blocks import Block, Fold, Heading, Table
+from optuav.presentation.numbers import figure
+from optuav.presentation.presented import Presented
 from optuav.status import SAME_S, Status
 
 DUALITY = "linear programming duality, KKT conditions evaluated again"
 HEADS = ("constraint", "slack", "multiplier", "")
+LONGEST = 60  # Most characters of a label
 ROUNDING = 1e-13  # Share of an objective that is rounding
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
 
 
 @dataclass(frozen=True)
-class Solution:
+class Solution(Presented):
     """Answers to one or several programmes that were declared as one.
 
     Sequences and arrays have one entry a programme.
@@ -87,42 +90,32 @@ class Solution:
 
     def __repr__(self) -> str:
         counts = Counter(status.value for status in self.statuses)
-        said = ", ".join(f"{count} {words}" for words, count in counts.items())
+        counted = ", ".join(f"{count} {words}" for words, count in counts.items())
         if len(self.statuses) == 1:
-            said = f"{self.status.value}, objective {self.objective[0]:.6g}"
-        return f"<Solution by {self.engine}: {said}>"
+            counted = f"{self.status.value}, objective {self.objective[0]:.6g}"
+        return f"<Solution by {self.engine}: {counted}>"
 
-    @printed
-    def __str__(self) -> str:
-        if len(self.statuses) != 1 or not self.status.has_answer:
-            return repr(self)
-        rows = [
-            (label, f"{slack:.6g}", "" if weight is None else f"{weight:.6g}", binds)
-            for label, slack, weight, binds in self._constraints()
-        ]
-        return "\n".join([*self._heads(), table([HEADS, *rows]), self._lacks()])
-
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
+    def blocks(self) -> Iterator[Block]:
+        """Yield the only answer with a row for each constraint; of several how many there are."""
         if len(self.statuses) != 1 or not self.status.has_answer:
             good = all(status.has_answer for status in self.statuses)
-            counts = markup.paragraph(repr(self).strip("<>"), good=good)
+            yield Heading(repr(self).strip("<>"), good=good)
             symbols = (f"{x.symbol} [{x.unit}]" for x in self.declared.variables)
             heads = ("programme", "status", "objective", *symbols)
             columns = (self.objective, *(self.values[x.name] for x in self.declared.variables))
             rows = [
-                (k, status.value, *(float(column[k]) for column in columns))
+                (str(k), status.value, *(figure(float(column[k])) for column in columns))
                 for k, status in enumerate(self.statuses)
             ]
-            return markup.shown(counts, markup.table(heads, rows))
+            yield Fold(f"Programmes ({len(rows)})", [Table(heads, rows)], in_text=False)
+            return
         verdict, reached = self._heads()
-        return markup.shown(
-            markup.paragraph(verdict, good=True),
-            markup.paragraph(reached),
-            markup.table(HEADS, self._constraints()),
-            markup.paragraph(self._lacks()),
-        )
+        yield Heading(verdict, good=True)
+        rows = [
+            (label, figure(slack), "–" if weight is None else figure(weight), binds)
+            for label, slack, weight, binds in self._constraints()
+        ]
+        yield Table(HEADS, rows, last=1, longest=LONGEST, above=reached, below=[self._lacks()])
 
     def _heads(self) -> tuple[str, str]:
         """Status and values of the only answer."""

@@ -15,6 +15,7 @@ from optuav.mission import load
 from optuav.options import SCHEDULES
 from optuav.physics.kibam import Battery, Stage, step, time_to_empty
 from optuav.physics.packs import lifetime
+from optuav.presentation.numbers import percent
 
 FLOW_RATE_PER_S = 2e-4
 
@@ -136,7 +137,7 @@ def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     bound_As = step(battery, battery.full, Stage(-most_A, dry_s)).bound_As
     rate_per_s = FLOW_RATE_PER_S / (1.0 - task["share"])
     share = drawn_As / (most_A * dry_s - bound_As * math.expm1(-rate_per_s * (time_s - dry_s)))
-    words = f"it draws {100.0 * share:.2f} % of the most"
+    words = f"it draws {percent(share)} of the most"
     hint = "when is the flow between the wells largest, and for how long?"
     yield Condition(share >= 0.98, words, hint, min(share, 1.0), True)
 

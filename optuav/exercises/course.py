@@ -98,14 +98,16 @@ def _unknown(number: object, known: Mapping[str, Exercise]) -> str:
     if stated in known or not re.fullmatch(r"([0-3][0-9]|A[12])\.[0-9]+", stated):
         return f"no exercise has this number{nearest(stated, known)}; there are {', '.join(known)}"
     lesson = stated.partition(".")[0]
-    places = [f"in lesson {lesson} there is now {_listed(lesson, known)}"]
+    places = [f"in lesson {lesson} there is now {_exercise_words(lesson, known)}"]
     if lesson in RENUMBERED:
         now = RENUMBERED[lesson]
-        places.append(f"the lesson that was {lesson} is {now} now, with {_listed(now, known)}")
+        places.append(
+            f"the lesson that was {lesson} is {now} now, with {_exercise_words(now, known)}"
+        )
     return f"no exercise has this number any more; {'; '.join(places)}"
 
 
-def _listed(lesson: str, known: Mapping[str, Exercise]) -> str:
+def _exercise_words(lesson: str, known: Mapping[str, Exercise]) -> str:
     named = [f"{number} ({known[number].kind})" for number in numbers(lesson)]
     return ", ".join(named) or "no exercise"
 

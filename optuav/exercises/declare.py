@@ -50,7 +50,7 @@ def same_problem(task: Task, answer: object, asked: Model | Program) -> Conditio
     words = f"the feasible set is right, but your problem is {own.status.value}"
     yield Condition(own.status.has_answer, words, "check the objective")
     gap = abs(float(np.asarray(evaluate(wanted.objective, own.point(0)))) - best.objective[0])
-    at = _words({name: values[0] for name, values in own.values.items()})
+    at = _point_words({name: values[0] for name, values in own.values.items()})
     words = f"the feasible set is right, but the optimum is wrong; yours is {at}"
     hint = "check the quantity that you maximise or minimise"
     size = max(best.second[0], abs(best.objective[0]))
@@ -162,7 +162,7 @@ def _same_set(points: Mapping[str, Floats], wanted: Checks, stated: Checks) -> C
     if not differ.size:
         return Condition(True, "the feasible set is right")
     first = differ[0]
-    at = _words({name: values[first] for name, values in points.items()})
+    at = _point_words({name: values[first] for name, values in points.items()})
     if not holds[first]:
         hint = "put these values into each sentence of the task, and into your problem"
         return Condition(False, f"your problem allows {at}, which is not feasible", hint)
@@ -190,5 +190,5 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
     return bool(worst <= SAME * np.abs(own).max(initial=0.0))
 
 
-def _words(point: Mapping[str, float]) -> str:
+def _point_words(point: Mapping[str, float]) -> str:
     return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in point.items()) + ")"

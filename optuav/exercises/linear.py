@@ -22,10 +22,10 @@ IN_BRACES = re.compile(r"\{([\w.]+)(?::([^}= ]+))?(?: = (\S+), (\S+) \.\. ([^}]+
 
 def filled(text: str, numbers: Mapping[str, Any]) -> str:
     """Return a text with numbers in place of their names in braces."""
-    return IN_BRACES.sub(lambda found: _written(numbers[found[1]], found[2]), text)
+    return IN_BRACES.sub(lambda found: _figure(numbers[found[1]], found[2]), text)
 
 
-def _written(value: float | str, form: str | None) -> str:
+def _figure(value: float | str, form: str | None) -> str:
     return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
 
 

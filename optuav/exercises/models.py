@@ -18,6 +18,7 @@ from optuav.network import vehicle
 from optuav.physics import laser, six_stages
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_after
 from optuav.physics.packs import lifetime
+from optuav.presentation.numbers import percent
 
 
 @explain("19.1", figures(0.001, capacity_As=1e5, available_fraction=0.999))
@@ -194,7 +195,7 @@ def _cruise(task: Task, speed_m_s: float) -> Conditions:
     keys = {"flight.cruise_speed_m_s": [speed_m_s, *np.linspace(10.0, 23.0, 1301).tolist()]}
     own_s, *others_s = optuav.batch_arrays(task.mission, keys, "P3")["hover_time_s"].ravel()
     share = float(own_s / np.nanmax(others_s))
-    words = f"it hovers for {100.0 * share:.2f} % of the longest time"
+    words = f"it hovers for {percent(share)} of the longest time"
     hint = "fly faster while time is short, slower while charge is short: when are both short?"
     yield Condition(share >= 0.9995, words, hint, min(share, 1.0), True)
 

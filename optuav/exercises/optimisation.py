@@ -12,9 +12,17 @@ from optuav.exercises.declare import same_problem
 from optuav.exercises.exercise import decimals, declare, explain, predict, prove
 from optuav.exercises.linear import linear
 from optuav.exercises.measure import equals, titled, within
-from optuav.exercises.prove import Exact, added, contradiction, feasibility, optimality, text_of
+from optuav.exercises.prove import (
+    Exact,
+    added,
+    contradiction,
+    exact_figure,
+    feasibility,
+    optimality,
+)
 from optuav.exercises.task import Condition, Conditions, Task
 from optuav.mission import load
+from optuav.presentation.numbers import percent
 
 P4 = (
     "longest hover with a rest",
@@ -76,7 +84,7 @@ def _two_bounds(task: Task, proofs: list[Exact]) -> Conditions:
     model, (best, weaker) = linear(task.numbers, NO_REST), proofs
     yield from titled("first proof", optimality(model, best))
     proof, condition = added(model, weaker)
-    words = f"it bounds the hover by {text_of(proof.limit)} s"
+    words = f"it bounds the hover by {exact_figure(proof.limit)} s"
     hint = "mix the bounds of two constraints"
     claimed = Condition(proof.limit == task["claim_s"], words, hint)
     yield from titled("second proof", (condition, claimed))
@@ -110,7 +118,7 @@ def _kink(task: Task, proofs: list[Exact]) -> Conditions:
     prices = [proof.get("deadline", Fraction(0)) for proof in proofs]
     ends = [Fraction(task["rest_A"], task["hover_A"] + task["rest_A"]), Fraction(1)]
     hint = "at the lowest and the highest price, another multiplier is 0: which one?"
-    words = f"both prove the optimum, with the prices {' and '.join(map(text_of, prices))}"
+    words = f"both prove the optimum, with the prices {' and '.join(map(exact_figure, prices))}"
     yield Condition(prices == ends, words, hint, None, True)
 
 
@@ -168,7 +176,7 @@ def _finer(task: Task, fine_s: float) -> Conditions:
     words = f"slots of {fine_s:g} s give {fine:g} s of hover, not less than the {coarse:g} s before"
     yield Condition(fine < coarse, words, hint)
     lost = (best - fine) / fine_s
-    yield Condition(lost >= 0.97, f"{100.0 * lost:.2f} % of a slot are lost", hint, None, True)
+    yield Condition(lost >= 0.97, f"{percent(lost)} of a slot are lost", hint, None, True)
 
 
 STRONG_LASER = load("paper").replace(
@@ -251,7 +259,7 @@ def _relaxation(task: Task, point: Exact) -> Conditions:
     yield from feasibility(linear(task.numbers, RELAXED), point)
     best_s = Fraction(task["first_s"] + task["second_s"] + task["M"], 2)  # The mean of both rows
     hint = "both rows bound Δ: for which λ is the lower bound of the two highest?"
-    words = f"the point is feasible, with a hover of {text_of(point['hover_time_s'])} s"
+    words = f"the point is feasible, with a hover of {exact_figure(point['hover_time_s'])} s"
     yield Condition(point["hover_time_s"] == best_s, words, hint, None, True)
 
 
@@ -300,7 +308,7 @@ def _branches(task: Task, proofs: list[Exact]) -> Conditions:
     for name, row, multipliers in zip(("first", "second"), BRANCHES, proofs, strict=True):
         model = linear(task.numbers, (*VALUE, row))
         proof, condition = added(model, multipliers)
-        words = f"no choice has a value above {text_of(proof.limit)}"
+        words = f"no choice has a value above {exact_figure(proof.limit)}"
         hint = f"the bound must not exceed {task['value']}"
         low_enough = Condition(proof.limit <= task["value"], words, hint)
         yield from titled(f"{name} branch", (condition, low_enough))

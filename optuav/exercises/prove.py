@@ -34,12 +34,12 @@ def added(
     for symbol in (variable.symbol for variable in model.variables):
         reached, wanted = (sums.get(symbol, Fraction(0)) for sums in (proof.coefficients, goal))
         if reached != wanted:
-            words = f"stationarity: the rows add up to {text_of(reached)} · {symbol}"
+            words = f"stationarity: the rows add up to {exact_figure(reached)} · {symbol}"
             needed = "the objective has" if goal else "a contradiction needs"
-            hint = f"{needed} {text_of(wanted)} · {symbol}"
+            hint = f"{needed} {exact_figure(wanted)} · {symbol}"
             hint += f"; {EXACT}" if abs(reached - wanted) < MISSED else ""
             return proof, Condition(False, words, hint)
-    return proof, Condition(True, f"the bound is {text_of(proof.limit)}")
+    return proof, Condition(True, f"the bound is {exact_figure(proof.limit)}")
 
 
 def contradiction(model: Model, multipliers: Exact) -> Conditions:
@@ -81,7 +81,7 @@ def objective(model: Model) -> Exact:
     return {symbol: Fraction(x) for symbol, x in zip(symbols, goal, strict=True) if x}
 
 
-def text_of(value: Fraction) -> str:
+def exact_figure(value: Fraction) -> str:
     """Return a fraction as words show it, short where it has many digits."""
     if max(abs(value.numerator), value.denominator) < 10**9:
         return str(value).replace("-", "−")

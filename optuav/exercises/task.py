@@ -1,14 +1,16 @@
 """A student's task, conditions on an answer to it, and its grade."""
 
-import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias
 
-from optuav.errors import Fault, InputError, printed
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.modelling import Model
+from optuav.presentation.blocks import Block, Facts, Heading, Note
+from optuav.presentation.presented import Presented
+from optuav.presentation.text import as_text
 
 Kind: TypeAlias = Literal["predict", "declare", "design", "prove", "explain-why"]
 
@@ -54,30 +56,27 @@ class Task:
             raise InputError([Fault(str(name), "", words + nearest(str(name), self.numbers))])
         return self.numbers[name]
 
-    @printed
     def __str__(self) -> str:
-        lines = [f"Exercise {self.number} ({self.kind})"]
-        for paragraph in self.text.split("\n"):
-            lines += textwrap.wrap(paragraph, 80, subsequent_indent="    " * (paragraph[:1] == "("))
-        return "\n".join([*lines, "", str(self.model)] if self.model else lines)
+        text = Note([f"Exercise {self.number} ({self.kind})", *self.text.split("\n")])
+        return "\n\n".join([as_text([text]), *([str(self.model)] if self.model else [])])
 
     def __repr__(self) -> str:
         return f"<Task {self.number}: {self.kind}>"
 
     def _repr_html_(self) -> str:
-        from optuav import markup
         from optuav.modelling.mathml import html
+        from optuav.presentation import markup
 
         content = [markup.element("p", markup.element("strong", f"Exercise {self.number}"))]
         for paragraph in self.text.split("\n"):
             words = paragraph.split("`")  # Every second piece stood between two of them
             pieces = (markup.element("code", w) if k % 2 else w for k, w in enumerate(words))
             content.append(markup.element("p", *pieces))
-        return markup.shown(*content, *(html(self.model) if self.model else []))
+        return markup.page(*content, *(html(self.model) if self.model else []))
 
 
 @dataclass(frozen=True)
-class Grade:
+class Grade(Presented):
     """Verdict on an answer; true if the answer is correct.
 
     Parameters
@@ -106,23 +105,15 @@ class Grade:
     def __bool__(self) -> bool:
         return self.verdict == CORRECT
 
-    @printed
-    def __str__(self) -> str:
-        head = f"exercise {self.number}: {self.verdict}"
-        lines = [f"{head}; {self.words}" if self.words else head]
-        lines += [f"Hint: {self.hint}"] if self.hint else []
-        return "\n".join(textwrap.fill(line, 80, subsequent_indent="  ") for line in lines)
+    def blocks(self) -> Iterator[Block]:
+        """Yield the verdict, and a hint if there is one."""
+        verdict = "; ".join(filter(None, (f"exercise {self.number}: {self.verdict}", self.words)))
+        yield Heading(verdict, good=None if self.verdict == OPEN else bool(self))
+        if self.hint:
+            yield Facts([("Hint", self.hint)])
 
     def __repr__(self) -> str:
         return f"<Grade {self.number}: {self.verdict}>"
-
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
-        verdict = "; ".join(filter(None, (f"Exercise {self.number}: {self.verdict}", self.words)))
-        content = [markup.paragraph(verdict, good=None if self.verdict == OPEN else bool(self))]
-        content += [markup.paragraph(f"Hint: {self.hint}")] if self.hint else []
-        return markup.shown(*content)
 
 
 class Condition(NamedTuple):

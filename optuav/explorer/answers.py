@@ -14,7 +14,7 @@ from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain_plan
 from optuav.diagnosis.report import Explanation
 from optuav.diagnosis.sentences import Idle, curve, header, idle
-from optuav.diagnosis.wording import name, sentence, signed, valued
+from optuav.diagnosis.wording import gain_figure, key_of, price_words, symbol_and_value
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
@@ -35,6 +35,7 @@ from optuav.plan.display import (
 )
 from optuav.plan.plane import ROLES, SAMPLES, Plane
 from optuav.plan.summary import facts
+from optuav.presentation.numbers import percent
 from optuav.solving import Program, formulate
 from optuav.solving.program import entry_of
 
@@ -124,34 +125,34 @@ def _map(mission: Mission, plan: Plan) -> Data:
     lit = places.laser_sight
     lines_m, clear = shown.sight_lines()
     ends = {
-        places.names[place]: _listed(places.position_m[place]) for place in (ORIGIN, DESTINATION)
+        places.names[place]: _rounded(places.position_m[place]) for place in (ORIGIN, DESTINATION)
     }
     hover = places.position_m[HOVER] if places.exists[HOVER] else None
     step_m = round_step(float(np.ptp(shown.corners_m, axis=0).max()) or 1.0, MOST_STEPS)
     low, high = shown.corners_m / step_m
     radius_m, device_m = shown.disc_radius_m, np.array(mission.link.device_m)
     return {
-        "bounds": _listed(shown.corners_m),
-        "window": _listed(step_m * np.stack([np.floor(low), np.ceil(high)])),
+        "bounds": _rounded(shown.corners_m),
+        "window": _rounded(step_m * np.stack([np.floor(low), np.ceil(high)])),
         "buildings": [
             {
                 "name": places.names[place],
-                "at": _listed(places.position_m[place]),
-                "ring": _listed(ring),
+                "at": _rounded(places.position_m[place]),
+                "ring": _rounded(ring),
                 "lit": bool(lit[place]),
             }
             for place, ring in zip(places.buildings, shown.rings, strict=True)
         ],
         "sight": [
-            {"line": _listed(line), "clear": bool(sees)}
+            {"line": _rounded(line), "clear": bool(sees)}
             for line, sees in zip(lines_m, clear, strict=True)
         ],
         **ends,
-        "hover": None if hover is None else _listed(hover),
-        "device": _listed(device_m),
-        "rim": _listed(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
+        "hover": None if hover is None else _rounded(hover),
+        "device": _rounded(device_m),
+        "rim": _rounded(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
         "laser": None if laser is None else [*laser.position_m],
-        "route": _listed(_points_m(shown, plan)) if plan else None,
+        "route": _rounded(_points_m(shown, plan)) if plan else None,
         "stops": [asdict(stop) for stop in plan.stops] if plan else [],
     }
 
@@ -170,11 +171,11 @@ def _wells(plan: Plan) -> Data:
     mission, full_As = plan.mission, float(plan.mission.pool.capacity_As)
     end_s = float(time_s[-1])
     return {
-        "time_s": _listed(time_s, 3),
-        "bound_As": _listed(bound_As, 1),
-        "total_As": _listed(total_As, 1),
-        "upper_As": _listed(np.maximum(total_As, bound_As), 1),
-        "least": f"{100.0 * mission.limits.min_soc:.3g} %",
+        "time_s": _rounded(time_s, 3),
+        "bound_As": _rounded(bound_As, 1),
+        "total_As": _rounded(total_As, 1),
+        "upper_As": _rounded(np.maximum(total_As, bound_As), 1),
+        "least": percent(mission.limits.min_soc),
         "deadline_s": deadline_s,
         "spare_s": deadline_s - plan.mission_time_s,
         "empty_s": [e.end_s for e in plan.phases if sum(e.available_As) < EMPTY * full_As],
@@ -188,7 +189,7 @@ def _wells(plan: Plan) -> Data:
             {
                 "kind": e.kind,
                 "at": e.end_place,
-                "by": _listed(np.array(e.waypoints_m)),
+                "by": _rounded(np.array(e.waypoints_m)),
                 "start_s": e.start_s,
                 "end_s": e.end_s,
             }
@@ -233,8 +234,8 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
             for cut in shown.cuts
         ],
         "grid": {
-            "hover_s": _listed(shown.grid_s[0]),
-            "rest_s": _listed(shown.grid_s[1]),
+            "hover_s": _rounded(shown.grid_s[0]),
+            "rest_s": _rounded(shown.grid_s[1]),
             "feasible": shown.feasible.astype(int).tolist(),
         },
         "best": marked[0] if marked else None,
@@ -247,7 +248,7 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
     limits = sorted(sides, key=lambda side: not side.binds)
     stated = [(e.words, e.label, e.statement, e.figures, e.spare) for e in limits]
     prices = [price for price in explained.prices if price.matters]
-    steps = [sentence(explained, price) for price in prices if price.solved_again]
+    steps = [price_words(explained, price) for price in prices if price.solved_again]
     reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
     worth = f"Worth: {explained.objective} per unit, as a slope at the margin, the others held"
     tables: list[Data] = [
@@ -262,7 +263,12 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
             "title": worth,
             "heads": ["parameter", "value", "less", "more"],
             "rows": [
-                (name(price), valued(price), signed(price.less), signed(price.more))
+                (
+                    key_of(price),
+                    symbol_and_value(price),
+                    gain_figure(price.less),
+                    gain_figure(price.more),
+                )
                 for price in prices
             ],
             "note": "For whole steps, solved again:" if steps else "",
@@ -278,6 +284,6 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
     }
 
 
-def _listed(values: Floats, digits: int = 3) -> Any:
+def _rounded(values: Floats, digits: int = 3) -> Any:
     """Numbers of an array as lists, rounded."""
     return np.round(values, digits).tolist()

@@ -12,6 +12,7 @@ from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING
 from optuav.plan import Plan
 from optuav.plan.display import rounded_up
+from optuav.presentation.numbers import percent
 from optuav.service.cycle import PERSPECTIVES, coverage
 from optuav.service.fleet import Fleet
 from optuav.solving import Program
@@ -58,7 +59,7 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
     return {
         "title": f"From the laser to {roof}, {budget.distance_m:.4g} m",
         "stations": [
-            {**station._asdict(), "before_W": most_W, "said": _said(station.power_W, most_W)}
+            {**station._asdict(), "before_W": most_W, "said": _power_words(station.power_W, most_W)}
             for station, most_W in zip(stations, before_W, strict=False)
         ],
         "notes": budget.remarks(),
@@ -66,9 +67,9 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
     }
 
 
-def _said(power_W: float, before_W: float) -> str:
+def _power_words(power_W: float, before_W: float) -> str:
     lost = 1.0 - power_W / before_W if before_W else 0.0
-    return f"{power_W:.4g} W" + (f", {100.0 * lost:.3g} % lost" if lost > LEAST_LOSS else "")
+    return f"{power_W:.4g} W" + (f", {percent(lost)} lost" if lost > LEAST_LOSS else "")
 
 
 def _speed(program: Program, plan: Plan, building: str | None) -> Data:
@@ -102,7 +103,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     times_s = cycle.hover_s, cycle.flight_s, cycle.rest_s
     hovers, flies, rests = (f"{time_s / 60.0:.3g} min" for time_s in times_s)
     return {
-        "title": f"One drone covers {100.0 * cycle.share:.1f} % of the day",
+        "title": f"One drone covers {percent(cycle.share)} of the day",
         "notes": [
             f"It hovers {hovers}, flies {flies} and rests {rests} at {cycle.building}.",
             f"{fleet.drones} drones leave no gap, with {fleet.places} places to rest and "

@@ -29,18 +29,18 @@ def kml(course: PlanOnEarth) -> str:
     """A placemark for each flight and each stay."""
     root = ElementTree.Element("kml", xmlns=KML)
     document = ElementTree.SubElement(root, "Document")
-    _text(document, "name", course.name)
-    _text(document, "description", "\n".join(course.notes))
+    _leaf(document, "name", course.name)
+    _leaf(document, "description", "\n".join(course.notes))
     for step in course.steps:
         mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
         named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
-        _text(mark, "name", step.kind if step.kind == step.place else named)
+        _leaf(mark, "name", step.kind if step.kind == step.place else named)
         speed = f", at most {step.peak_speed_m_s:.2f} m/s" if flies else ""
-        _text(mark, "description", f"{step.duration_s:.2f} s{speed}")
+        _leaf(mark, "description", f"{step.duration_s:.2f} s{speed}")
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
-        _text(shape, "altitudeMode", "absolute")
+        _leaf(shape, "altitudeMode", "absolute")
         lines = (",".join(map(repr, point)) for point in _points(course, step))
-        _text(shape, "coordinates", " ".join(lines))
+        _leaf(shape, "coordinates", " ".join(lines))
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
@@ -51,5 +51,5 @@ def _points(course: PlanOnEarth, step: Step) -> list[list[float]]:
     return [[*point[:2], round(point.z_m + course.altitude_m, 6)] for point in step.way]
 
 
-def _text(parent: ElementTree.Element, tag: str, words: str) -> None:
+def _leaf(parent: ElementTree.Element, tag: str, words: str) -> None:
     ElementTree.SubElement(parent, tag).text = words

@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TypeGuard
 
-from optuav.errors import printable, printed
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
@@ -15,10 +14,9 @@ from optuav.judge.timeline import Itinerary
 from optuav.mission.messages import shown
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
-from optuav.plan.summary import unknown_buildings, wrapped
+from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
-
-MOST_SHOWN = 20  # Largest number of events that are printed one by one
+from optuav.presentation.blocks import Block, Facts, Heading
 
 
 @dataclass(frozen=True)
@@ -57,14 +55,18 @@ class Audit(Judged):
     def __bool__(self) -> bool:
         return self.flyable
 
-    __str__ = printed(lambda self: "\n".join(_lines(self)))
-
     def __repr__(self) -> str:
         return f"<Audit of {self.source!r}: {self.verdict}>"
 
-    def _repr_html_(self) -> str:
-        more = self.replay._pictured() if self.replay else []
-        return self._html(f"{self.verdict}: {self.source}", *more)
+    def blocks(self) -> Iterator[Block]:
+        """Yield the verdict, route and times, the wells, the events, and the tolerance."""
+        yield Heading(f"{self.verdict}: {self.source}", good=self.flyable)
+        if self.replay:
+            yield from self.replay.flight_blocks()
+        yield from self.event_blocks()
+        capacity_As = float(self.subject.mission.pool.capacity_As)
+        share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
+        yield Facts([("Tolerance", f"{share}, of a limit, or of a figure")])
 
     def to_frame(self) -> DataFrame:
         """The events, a row each, with columns as the fields of `FlightEvent`; needs pandas."""
@@ -114,7 +116,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     >>> bool(verdict)
     True
     >>> print(str(verdict).splitlines()[2])
-    Times      mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
+    Times        mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
     source, subject, data = read(plan)
     if isinstance(subject, Plan) and not subject:
@@ -155,23 +157,3 @@ def _contradictions(
 def _is_number(value: object) -> TypeGuard[float]:
     """Return whether a value can be computed with; JSON has integers that no float holds."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
-
-
-def _lines(judged: Audit) -> Iterator[str]:
-    mission = judged.subject.mission
-    yield f"{judged.verdict}: {judged.source}"
-    for heading, words in judged.replay.facts if judged.replay else ():
-        yield f"{heading:11}{printable(words)}"
-    for heading, events in judged.by_kind.items():
-        if events:
-            yield ""
-            yield heading
-        for event in events[:MOST_SHOWN]:
-            start = f"{event.time_s:10.2f} s  "
-            yield from wrapped("", event.words + event.figures, start, len(start))
-        if len(events) > MOST_SHOWN:
-            yield f"and {len(events) - MOST_SHOWN} more"
-    capacity_As = float(mission.pool.capacity_As)
-    yield ""
-    share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
-    yield f"Tolerance  {share}, of a limit, or of a figure"

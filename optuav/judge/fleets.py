@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
 from optuav.plan import Plan
 from optuav.plan.trace import FlightEvent
+from optuav.presentation.blocks import Block, Heading
 
 Interval = tuple[float, float]
 
@@ -23,8 +24,10 @@ class FleetReplay(Judged):
     longest_gap_s: float  # With fewer hovering drones than requested
     events: tuple[FlightEvent, ...]  # Faults, in order of time
 
-    def _repr_html_(self) -> str:
-        return self._html(f"{self.verdict}: {len(self.courses)} courses")
+    def blocks(self) -> Iterator[Block]:
+        """Yield the verdict and the events."""
+        yield Heading(f"{self.verdict}: {len(self.courses)} courses", good=self.flyable)
+        yield from self.event_blocks()
 
     def __repr__(self) -> str:
         return f"<FleetReplay of {len(self.courses)} courses: {self.verdict}>"

@@ -31,12 +31,16 @@ from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import FlightEvent, Trace
+from optuav.presentation.blocks import Block, Facts, Fold, Heading, Picture, Table
+from optuav.presentation.numbers import percent, percent_apart
+from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
+MOST_SHOWN = 20  # Events under one heading that are shown one by one
 CAP = "max_speed_m_s"  # Key of [flight], an air speed where there is wind
 
 BELOW_RESERVE = "below reserve"  # Kind of the remark that a landing leaves less than η0
@@ -45,7 +49,7 @@ IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
 
 
-class Judged:
+class Judged(Presented):
     """Base class for results with events, some making a plan not flyable."""
 
     events: tuple[FlightEvent, ...]
@@ -74,16 +78,16 @@ class Judged:
             groups[wrong if event.violation else "To know"].append(event)
         return groups
 
-    def _html(self, verdict: str, *more: Element) -> str:
-        """The verdict as HTML, violations first, and more below."""
-        from optuav.markup import folded, pairs, paragraph, shown
-
-        parts = [paragraph(verdict, good=self.flyable)]
+    def event_blocks(self) -> Iterator[Block]:
+        """Yield the events under their headings, violations first; HTML folds what is to know."""
         for heading, events in self.by_kind.items():
-            rows = [(f"{e.time_s:.2f}\N{NO-BREAK SPACE}s", e.words + e.figures) for e in events]
-            title, is_open = f"{heading} ({len(rows)})", heading != "To know"
-            parts += [folded(title, pairs(rows), is_open=is_open)] if rows else []
-        return shown(*parts, *more)
+            rows = [(f"{e.time_s:.2f} s", e.words + e.figures) for e in events[:MOST_SHOWN]]
+            more = len(events) - len(rows)
+            below = [f"and {more} more"] if more else []
+            table = Table((), rows, words=0, last=1, above=heading, below=below)
+            if rows:
+                title = f"{heading} ({len(events)})"
+                yield Fold(title, [table], is_open=heading != "To know")
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,7 @@ class Replay(Judged):
         if not self.phases:
             return []
         times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
-        levels = (f"{name} {100 * level:.2f} %" for name, level in self.soc.items())
+        levels = (f"{name} {percent(level)}" for name, level in self.soc.items())
         charge = f"{', '.join(levels)} left"
         return [("Route", " → ".join(self.route)), ("Times", ", ".join(times)), ("Charge", charge)]
 
@@ -157,21 +161,28 @@ class Replay(Judged):
         name, count = self.mission.name, len(self.phases)
         return f"<Replay for {name!r}: {count} phases, {self.mission_time_s:.2f} s, {self.verdict}>"
 
-    def _repr_html_(self) -> str:
-        return self._html(f"{self.verdict}: {self.mission.name}", *self._pictured())
+    def blocks(self) -> Iterator[Block]:
+        """Yield the verdict, route and times, the wells, and the events."""
+        yield Heading(f"{self.verdict}: {self.mission.name}", good=self.flyable)
+        yield from self.flight_blocks()
+        yield from self.event_blocks()
 
-    def _pictured(self) -> list[Element]:
-        """The wells over the trace, and the facts; nothing where the mission cannot be flown."""
-        from optuav.markup import pairs
+    def flight_blocks(self) -> Iterator[Block]:
+        """Yield route, times and wells; nothing where the mission cannot be flown."""
+        if not self.phases:
+            return
+        yield Facts(self.facts)
+        if self.mission_time_s:
+            yield Picture(self._wells)
+
+    def _wells(self) -> Element:
+        """Both wells over the trace."""
         from optuav.plan.display import Levels, picture
 
-        figure: list[Element] = []
-        if self.mission_time_s:
-            wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
-            phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
-            full, passed_s = self.mission.pool.full, map(self.first_s, ("empty", "full"))
-            figure = [picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)]
-        return [*figure, pairs(self.facts)] if self.phases else []
+        wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
+        phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
+        full, passed_s = self.mission.pool.full, map(self.first_s, ("empty", "full"))
+        return picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)
 
     def first_s(self, kind: str) -> float | None:
         """When an event of a kind first happens [s]; None if none does."""
@@ -324,11 +335,8 @@ def _reserve(
 
 def short_of(left: float, least: float) -> str:
     """A charge below the reserve, with the digits that tell them apart."""
-    for digits in range(1, 9):
-        percent, reserve = (f"{round(100.0 * share, digits):.9g}" for share in (left, least))
-        if percent != reserve:
-            break
-    return f"{percent} % of the charge, below the reserve of {reserve} %"
+    here, reserve = percent_apart(left, least)
+    return f"{here} of the charge, below the reserve of {reserve}"
 
 
 def _too_fast(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from optuav.errors import Fault, InputError, printable, printed
+from optuav.errors import Fault, InputError
 from optuav.frames import DataFrame, frame
 from optuav.judge.benchmark import Asked, CheckedSolution, answers, checked
 from optuav.judge.timeline import DURATION, STOP, stop_breaches
@@ -17,7 +17,8 @@ from optuav.mission.messages import nearest, path_of
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches, keys_of
 from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
-from optuav.plan.summary import wrapped
+from optuav.presentation.blocks import Block, Facts, Heading
+from optuav.presentation.presented import Presented
 
 KIND = "optuav solutions"
 MOST_STOPS = 100  # More than any problem of the set allows
@@ -42,7 +43,7 @@ USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
 
 
 @dataclass(frozen=True)
-class CheckedSolutions:
+class CheckedSolutions(Presented):
     """The verdict on a file of solutions; it is true where all of them hold.
 
     Parameters
@@ -77,20 +78,24 @@ class CheckedSolutions:
     def __bool__(self) -> bool:
         return not any(solution.wrong for solution in self.solutions)
 
-    __str__ = printed(lambda self: "\n".join(_lines(self)))
-
     def __repr__(self) -> str:
         return f"<CheckedSolutions of {self.source!r}: {self.verdict}>"
 
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
-        heads = ("mission", "problem", "perspective", "hover_s", "best_known_s", "bound_s")
-        rows = [(solution, solution.to_dict()) for solution in self.solutions]
-        lines = [[*map(row.get, heads), e.verdict, "; ".join(e.wrong)] for e, row in rows]
-        wrong = [number for number, each in enumerate(self.solutions) if each.wrong]
-        head = markup.paragraph(f"{self.verdict}: {self.source}", good=bool(self))
-        return markup.shown(head, markup.table([*heads, "verdict", ""], lines, bad=wrong))
+    def blocks(self) -> Iterator[Block]:
+        """Yield the verdict on each solution, and missions without one."""
+        yield Heading(f"{self.verdict}: {self.source}", good=bool(self))
+        for solution in self.solutions:
+            row = solution.to_dict()
+            known = {name.replace("_", " "): row[f"{name}_s"] for name in TIMES}
+            question = f"{row['mission']}, {row['problem']}, {row['perspective']}"
+            yield Heading(f"{question}: {solution.verdict}", good=not solution.wrong)
+            times = [f"{name} {end_s:.3f} s" for name, end_s in known.items() if end_s is not None]
+            facts = [("Times", ", ".join(times))] if times else []
+            yield Facts([*facts, *(("Wrong", words) for words in solution.wrong)])
+        if self.missing:
+            more = len(self.missing) - MOST_NAMED
+            names = ", ".join(self.missing[:MOST_NAMED])
+            yield Facts([("Missing", f"{names}{f' and {more} more' * (more > 0)}")])
 
     @property
     def verdict(self) -> str:
@@ -108,25 +113,6 @@ class CheckedSolutions:
         """One row a solution; needs pandas."""
         rows = [solution.to_dict() for solution in self.solutions]
         return frame(rows, [*rows[0]] if rows else [*ENTRY])
-
-
-def _lines(found: CheckedSolutions) -> Iterator[str]:
-    yield f"{found.verdict}: {found.source}"
-    for solution in found.solutions:
-        row = solution.to_dict()
-        yield ""
-        yield f"{row['mission']}, {row['problem']}, {row['perspective']}: {solution.verdict}"
-        known = {name.replace("_", " "): row[f"{name}_s"] for name in TIMES}
-        times = (f"{name} {each:.3f} s" for name, each in known.items() if each is not None)
-        if words := ", ".join(times):
-            yield from wrapped("", words, "  ", 2)
-        for words in solution.wrong:
-            yield from wrapped("", printable(words), "  - ", 4)
-    if found.missing:
-        more = len(found.missing) - MOST_NAMED
-        names = ", ".join(found.missing[:MOST_NAMED])
-        yield ""
-        yield from wrapped("", f"{names}{f' and {more} more' * (more > 0)}", "Missing  ", 9)
 
 
 def check_solutions(file: str | Path) -> CheckedSolutions:

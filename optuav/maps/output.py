@@ -14,7 +14,8 @@ from optuav.errors import Fault, InputError, require
 from optuav.maps.positions import HoverMap
 from optuav.mission.earth import DEGREES, system_in_metres
 from optuav.mission.files import ending_of, write_files
-from optuav.mission.messages import counted, path_of
+from optuav.mission.messages import path_of, plural
+from optuav.presentation.blocks import Block, Facts
 from optuav.service.checks import calm_facts
 from optuav.solving.best_plans import REASONS
 from optuav.studies.batch import LABELS
@@ -29,7 +30,7 @@ NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
 
-def summary(found: HoverMap) -> str:
+def blocks(found: HoverMap) -> Iterator[Block]:
     """Describe a map: its subject, where the hover is longest, and why some points have no plan."""
     facts, values = found.facts, found.solved.values["hover_time_s"]
     (height, width), places = values.shape, dict[str, str]()
@@ -43,12 +44,11 @@ def summary(found: HoverMap) -> str:
         places["Longest"] = f"{np.nanmax(values):.2f} s at ({x:.10g}, {y:.10g}) m{edge}"
         if others := facts["best_points"] - 1:
             because = f"; {facts['best_because']}" if "best_because" in facts else ""
-            places["Longest"] += f", and at {counted(others, 'other point')}{because}"
+            places["Longest"] += f", and at {plural(others, 'other point')}{because}"
         places["Shortest"] = f"{np.nanmin(values):.2f} s"
         places |= dict(calm_facts(facts.get("in_calm_air")))
-    lines = [f"{head:11}{words}" for head, words in places.items()]
-    none = [f"No plan    {counted(n, 'point')}: {why}" for n, why in _why(found)]
-    return "\n".join([*lines, *none])
+    none = [("No plan", f"{plural(n, 'point')}: {why}") for n, why in _why(found)]
+    yield Facts([*places.items(), *none])
 
 
 def to_dict(found: HoverMap) -> dict[str, Any]:

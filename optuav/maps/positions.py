@@ -231,7 +231,7 @@ def hovers(
                 base.replace({over: facts["best_m"]}),
                 lambda calm: solve(calm, perspective=perspective).hover_time_s,
             ),
-            "{:.2f} s of hover there",
+            "{:.2f} s of hover there".format,
         )
         facts |= {"in_calm_air": words} if words else {}
     return HoverMap(solved, facts, x, y)

@@ -18,7 +18,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from optuav.fields import Listed
 from optuav.frames import DataFrame, frame
-from optuav.mission.messages import counted
+from optuav.mission.messages import plural
 from optuav.tables import Building
 
 if TYPE_CHECKING:
@@ -114,12 +114,13 @@ class Buildings(Sequence[Building]):
         return hash((self.names[:HASHED], *self.roofs[: 3 * HASHED], len(self.corners)))
 
     def __repr__(self) -> str:
-        return f"<{counted(len(self), 'building')}>"
+        return f"<{plural(len(self), 'building')}>"
 
     def _repr_html_(self) -> str:
-        from optuav.mission.display import buildings_html
+        from optuav.mission.display import buildings_table
+        from optuav.presentation.html import as_html
 
-        return buildings_html(self)
+        return as_html([buildings_table(self)])
 
     def to_frame(self) -> DataFrame:
         """One row per building, ready for `Mission.with_buildings`; needs pandas.

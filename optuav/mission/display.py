@@ -1,37 +1,34 @@
-"""Parts of a mission as tables that a notebook folds."""
+"""A mission as blocks: facts, and for a notebook tables of its parts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from xml.etree.ElementTree import Element
 
 from optuav.fields import MissionSection
-from optuav.markup import MOST_ROWS, element, folded, pairs, paragraph, shown, table
+from optuav.presentation.blocks import Block, Facts, Fold, Note, Table
+from optuav.presentation.markup import MOST_ROWS
 from optuav.tables import Building
 
 
-def html(
+def blocks(
     facts: Mapping[str, str],
     description: str,
     sections: Mapping[str, MissionSection],
     buildings: Sequence[Building],
-) -> str:
-    """A mission as HTML: facts, its description, and one folded table for each of its parts."""
-    about = [paragraph(description)] if description else []
-    tables = [folded(name, _keys(section)) for name, section in sections.items()]
-    roofs = folded(f"buildings ({len(buildings)})", _table(buildings))
-    return shown(pairs(facts.items()), *about, *tables, roofs)
+) -> Iterator[Block]:
+    """A mission: facts; in HTML its description, and one folded table for each of its parts."""
+    yield Facts([*facts.items()])
+    if description:
+        yield Fold("", [Note([description])], in_text=False)
+    for name, section in sections.items():
+        yield Fold(name, [_keys(section)], in_text=False)
+    yield Fold(f"buildings ({len(buildings)})", [buildings_table(buildings)], in_text=False)
 
 
-def buildings_html(buildings: Sequence[Building]) -> str:
-    """The table of the first buildings as HTML."""
-    return shown(_table(buildings))
-
-
-def _keys(section: MissionSection) -> Element:
+def _keys(section: MissionSection) -> Table:
     """The keys of a part of the mission, with their values and meanings."""
-    rows = [(element("code", key), _written(value), words) for key, value, words in stated(section)]
-    return table(("key", "value", "meaning"), rows)
+    rows = [(key, _shown(value), words) for key, value, words in stated(section)]
+    return Table(("key", "value", "meaning"), rows)
 
 
 def stated(section: MissionSection) -> Iterator[tuple[str, object, str]]:
@@ -42,15 +39,16 @@ def stated(section: MissionSection) -> Iterator[tuple[str, object, str]]:
             yield key, value, words.get(key, "")
 
 
-def _table(buildings: Sequence[Building]) -> Element:
+def buildings_table(buildings: Sequence[Building]) -> Table:
     """The first buildings: where they are, and their footprints."""
     first = buildings[:MOST_ROWS]
     rows = [
-        (building.name, *map(_written, building.position_m), _footprint(building.footprint_m))
+        (building.name, *map(_shown, building.position_m), _footprint(building.footprint_m))
         for building in first
     ]
     heads = ("name", "x [m]", "y [m]", "z of the roof [m]", "footprint [m]")
-    return table(heads, rows, hidden=len(buildings) - len(first))
+    more = len(buildings) - len(first)
+    return Table(heads, rows, last=1, below=[f"and {more} more"] if more else [])
 
 
 def _footprint(stated: object) -> str:
@@ -59,13 +57,13 @@ def _footprint(stated: object) -> str:
         return "–"
     if isinstance(stated[0], tuple):
         return f"polygon of {len(stated)} corners"
-    return " × ".join(map(_written, stated))
+    return " × ".join(map(_shown, stated))
 
 
-def _written(value: object) -> str:
+def _shown(value: object) -> str:
     """A value of a mission as a file states it, numbers as short as they are exact."""
     if isinstance(value, tuple):
-        return f"({', '.join(map(_written, value))})"
+        return f"({', '.join(map(_shown, value))})"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

@@ -164,7 +164,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         except RecursionError:
             words = "is nested too deeply"
         except ValueError as error:
-            words = f"is not TOML: {_own_words(error)}"
+            words = f"is not TOML: {_error_words(error)}"
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan; optuav show and optuav audit take it"
         else:
@@ -191,7 +191,7 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
         except UnicodeEncodeError:
             words = "is not JSON: it has one half of a surrogate pair, which is not a letter"
         except ValueError as error:
-            words = f"is not JSON: {_own_words(error)}"
+            words = f"is not JSON: {_error_words(error)}"
             if re.search(r"^schema *= *\d", text, re.MULTILINE):
                 words = "is a mission, not a saved plan; optuav solve and validate take it"
                 if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
@@ -223,7 +223,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return content
 
 
-def _own_words(error: ValueError) -> str:
+def _error_words(error: ValueError) -> str:
     """Return the fault of a text and its place, with our words in place of the parser's."""
     if "set_int_max_str_digits" in str(error):
         return f"a whole number has more than {sys.get_int_max_str_digits()} digits"

@@ -1,7 +1,6 @@
 """Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from decimal import Decimal
 from functools import cache
 from numbers import Integral
 from pathlib import Path
@@ -35,10 +34,9 @@ TYPES = {
     "value_error": "{error}",
 }
 """Allowed values in words, by pydantic's name of the error."""
-DIGITS = 15  # Decimal digits that every float holds
 
 
-def worded(detail: Mapping[str, Any]) -> str:
+def error_words(detail: Mapping[str, Any]) -> str:
     """One of pydantic's errors in words."""
     limits = detail.get("ctx", {}).items()
     words = TYPES.get(detail["type"], "a value of another kind")
@@ -47,7 +45,7 @@ def worded(detail: Mapping[str, Any]) -> str:
 
 def allowed(model: type[BaseModel], key: str) -> str:
     """Describe the allowed values of a field from its type: ``"a number, 0 <= x < 1 [-]"``."""
-    return next(described(model, key)).words
+    return next(limits_of(model, key)).words
 
 
 def number(name: str) -> Range | None:
@@ -60,11 +58,11 @@ def number(name: str) -> Range | None:
 @cache
 def number_of(form: type[BaseModel], key: str) -> Range | None:
     """Unit and range of a field; None if it is not a number."""
-    whole = next(described(form, key), None)
+    whole = next(limits_of(form, key), None)
     return whole if isinstance(whole, Range) else None
 
 
-def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Range | OneOf]:
+def limits_of(model: type[BaseModel], key: str) -> Iterator[Allowed | Range | OneOf]:
     """Yield the limits in the type of a field, then in the components of a vector."""
     field = model.model_fields[key]
     of_options = (getattr(argument, "__metadata__", ()) for argument in get_args(field.annotation))
@@ -83,7 +81,7 @@ def table(name: str) -> str:
 
 def no_building(stated: str, names: Sequence[str]) -> str:
     """Words for a building that the mission does not have, by its name or a key of the mission."""
-    known = f"are: {listed(names) or 'none'}"
+    known = f"are: {first_ten(names) or 'none'}"
     if names and stated.startswith("buildings["):
         return f"the mission's buildings [0] to [{len(names) - 1}] {known}"
     table = "buildings." if stated.startswith("buildings.") else ""
@@ -111,28 +109,14 @@ def unlisted(*stated: tuple[str, object, Sequence[str]]) -> Iterator[Fault]:
             yield unknown(option, value, choices)
 
 
-def listed(names: Sequence[str]) -> str:
+def first_ten(names: Sequence[str]) -> str:
     """The first ten names."""
     return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
 
 
-def counted(count: int, noun: str) -> str:
+def plural(count: int, noun: str) -> str:
     """A number of things: ``"2 numbers"``."""
     return f"{count} {noun}{'s' * (count != 1)}"
-
-
-def written_out(value: float) -> str:
-    """A number with all its digits and no power of ten; rounding errors are not digits."""
-    return f"{Decimal(f'{value:.{DIGITS}g}'):f}"
-
-
-def told_apart(one: float, other: float, digits: int) -> tuple[str, str]:
-    """Two numbers with so many digits, or with as many as tell them apart."""
-    for count in range(digits, 18):
-        texts = f"{one:.{count}g}", f"{other:.{count}g}"
-        if texts[0] != texts[1] or one == other:
-            break
-    return texts
 
 
 def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from optuav import fields, tables
-from optuav.errors import MOST_SHOWN, Fault, InputError, printable, printed
+from optuav.errors import MOST_SHOWN, Fault, InputError, for_console, printable
 from optuav.fields import MissionSection
 from optuav.flight import FLIGHTS
 from optuav.flight.model import BENDING, BENT, FlightModel
@@ -23,8 +23,11 @@ from optuav.mission import validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, seen_from, write_text
 from optuav.mission.forms import CHOICES, SCHEMA, TABLES, Flight, Source, table_keys
-from optuav.mission.messages import counted, nearest, no_building, path_of, shown
+from optuav.mission.messages import nearest, no_building, path_of, plural, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
+from optuav.presentation.blocks import Block
+from optuav.presentation.numbers import percent
+from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
     from optuav.physics.kibam import Battery
@@ -50,7 +53,7 @@ DISPLACED: dict[str, set[str]] = {
 """By key, the keys that a new value of it displaces unless they are stated with it."""
 
 
-class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of its values)
+class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of its values)
     """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
 
     Missions are equal if all their values are, can be hashed and pickled, and change only by
@@ -153,13 +156,11 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
         name, count, limits = printable(self.name), len(self.buildings), self.limits
         return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
 
-    def __str__(self) -> str:
-        return self.summary()
+    def blocks(self) -> Iterator[Block]:
+        """Yield subject, places, deadline and equipment; in HTML every key and building too."""
+        from optuav.mission.display import blocks
 
-    def _repr_html_(self) -> str:
-        from optuav.mission.display import html
-
-        return html(self._facts(), self.description, self._sections(), self.buildings)
+        return blocks(self._facts(), self.description, self._sections(), self.buildings)
 
     def _sections(self) -> dict[str, MissionSection]:
         """The tables that it states, the buildings aside."""
@@ -224,7 +225,7 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
 
         return self.replace({"buildings": of_columns(table)})
 
-    @printed
+    @for_console
     def summary(self) -> str:
         """The mission in a few lines: subject, places, deadline and equipment.
 
@@ -232,13 +233,13 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
         --------
         >>> import optuav
         >>> print(optuav.load("paper").summary())
-        Mission    paper: 10 buildings, a laser of 1000 W
-        Route      (0, 0, 50) m to (2000, 0, 50) m within 1200 s
-        Device     (1000, 3000, 0) m, outage at most 0.01
-        Battery    2 × 36000 A s, pooled, at least 5 % left
-        Flight     model "rotors", 50 to 100 m above ground
+        Mission      paper: 10 buildings, a laser of 1000 W
+        Route        (0, 0, 50) m to (2000, 0, 50) m within 1200 s
+        Device       (1000, 3000, 0) m, outage at most 0.01
+        Battery      2 × 36000 A s, pooled, at least 5 % left
+        Flight       model "rotors", 50 to 100 m above ground
         """
-        return "\n".join(f"{head:11}{words}" for head, words in self._facts().items())
+        return str(self)
 
     def _facts(self) -> dict[str, str]:
         """What, where, how long, and with what, in sentences by heading."""
@@ -247,14 +248,14 @@ class Mission(MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of i
             f"({', '.join(f'{coordinate:g}' for coordinate in point)}) m"
             for point in (route.origin_m, route.destination_m, self.link.device_m)
         )
-        buildings = counted(len(self.buildings), "building")
+        buildings = plural(len(self.buildings), "building")
         source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
         return {
             "Mission": f"{printable(self.name)}: {buildings}, {source}",
             "Route": f"{start} to {end} within {limits.deadline_s:g} s",
             "Device": f"{device}, outage at most {limits.outage_probability:g}",
             "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
-            f"at least {100 * limits.min_soc:g} % left",
+            f"at least {percent(limits.min_soc)} left",
             "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
             f"{limits.max_altitude_m:g} m above ground",
         }

@@ -20,7 +20,7 @@ from optuav.mission.building_columns import COLUMNS, SIZES, corners_of, of_colum
 from optuav.mission.buildings import Buildings, TableFile
 from optuav.mission.files import MARK, label, must_be_file, read_text, refusal, refusals
 from optuav.mission.maps import TEXTS, check_map, document_of, features
-from optuav.mission.messages import listed
+from optuav.mission.messages import first_ten
 
 PARQUET, MAPS = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
@@ -121,10 +121,10 @@ def _of_parquet(path: Path) -> Buildings:
 
 
 def _unreadable(path: Path, reader: str, error: Exception) -> InputError:
-    return refusal(path, f"is not a table that {reader} can read: {own_words(error)}")
+    return refusal(path, f"is not a table that {reader} can read: {error_words(error)}")
 
 
-def own_words(error: Exception) -> str:
+def error_words(error: Exception) -> str:
     """The words of a library on a file, without queries that only the library knows."""
     if isinstance(error, UnicodeDecodeError):
         return "it has text that is not UTF-8"
@@ -165,7 +165,9 @@ def _of_map(path: Path) -> Buildings:
         raise refusal(path, f"{words}; optuav city makes a mission of a map")
     known = [column for column in frame.columns if column != frame.geometry.name]
     wanted = (COLUMNS[0], COLUMNS[3])
-    refuse(Fault(x, "", f"is missing; there are {listed(known)}") for x in wanted if x not in known)
+    refuse(
+        Fault(x, "", f"is missing; there are {first_ten(known)}") for x in wanted if x not in known
+    )
     single = (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
     shapes[single] = shapely.get_geometry(shapes[single], 0)
     kind, empty = shapely.get_type_id(shapes), shapely.is_missing(shapes) | shapely.is_empty(shapes)

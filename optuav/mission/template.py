@@ -21,6 +21,7 @@ from optuav.mission.mission import Mission, without_none
 from optuav.mission.validation import StatedMission, breaches_of
 from optuav.options import BATTERIES, BatteryName
 from optuav.physics.cells import CELLS, kind_of
+from optuav.presentation.numbers import percent
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -81,13 +82,13 @@ def template(
         *(f"# {remark}" for remark in remarks),
         "",
         f"schema = {SCHEMA}",
-        f"name = {_text(name)}",
+        f"name = {_shown(name)}",
         'description = ""',
         *(f"# {line}" for line in Mission.descriptions()["crs"].splitlines()),
-        f"crs = {_text(mission.crs)}" if mission.crs else "# crs =",
+        f"crs = {_shown(mission.crs)}" if mission.crs else "# crs =",
     ]
     if source:
-        lines.append(f"buildings_file = {_text(seen_from(file, source.path))}")
+        lines.append(f"buildings_file = {_shown(seen_from(file, source.path))}")
         listed = Buildings()
     for key in Mission.model_fields:
         table = getattr(mission, key)
@@ -128,15 +129,15 @@ def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:
         if explained:
             yield from (f"# {line}" for line in table.descriptions().get(key, "").splitlines())
         if value is not None:
-            yield f"{key} = {_text(value)}"
+            yield f"{key} = {_shown(value)}"
         elif explained:
             yield f"# {key} ="
 
 
-def _text(value: object) -> str:
+def _shown(value: object) -> str:
     """A value as TOML writes it; a whole number as one."""
     if isinstance(value, list):
-        return f"[{', '.join(_text(entry) for entry in value)}]"
+        return f"[{', '.join(_shown(entry) for entry in value)}]"
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e9:
         value = int(value)
     return tomli_w.dumps({"x": value}).partition("=")[2].strip()
@@ -216,7 +217,7 @@ class Drone(MissionSection):
         """The fault of a key of the mission in terms of the fields that it follows from."""
         names = self.sources.get(fault.key.removeprefix("flight."), ())
         values = {name: getattr(self, name) for name in names}
-        stated = {name: _text(value) for name, value in values.items() if value is not None}
+        stated = {name: _shown(value) for name, value in values.items() if value is not None}
         if not stated:
             return fault
         words = f"together must give {fault.key}, {fault.allowed}; they give {fault.value}"
@@ -225,15 +226,15 @@ class Drone(MissionSection):
     def remarks(self) -> tuple[str, ...]:
         """Lines on the sources of the mission, and its assumptions."""
         values = self.model_dump(exclude_none=True).items()
-        return (*(f"{name} = {_text(value)}" for name, value in values), *self.assumptions())
+        return (*(f"{name} = {_shown(value)}" for name, value in values), *self.assumptions())
 
     def assumptions(self) -> list[str]:
         """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
-            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
-            f"at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and {self.assumed}. "
-            f"Places, buildings, link, air and laser ({self.laser_power_W:g} W) come from the "
-            f"mission {SCENE}: put yours in.",
+            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {percent(REST_SHARE)} of the hover "
+            f"power at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and "
+            f"{self.assumed}. Places, buildings, link, air and laser ({self.laser_power_W:g} W) "
+            f"come from the mission {SCENE}: put yours in.",
             width=78,
         )
 
@@ -428,6 +429,6 @@ class RotorDatasheet(Drone):
         climb, descent, gain = MOTION.values()
         return (
             f"{gain:g} m/s² of acceleration, {climb:g} m/s up and {descent:g} m/s down, air of "
-            f"1.225 kg/m³, rotors with {self.efficiency:.0%} of the battery's power, and a radio "
-            "fed by the pack"
+            f"1.225 kg/m³, rotors with {percent(self.efficiency)} of the battery's power, and a "
+            "radio fed by the pack"
         )

@@ -1,19 +1,20 @@
 """Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from optuav.arrays import Values, plain
-from optuav.errors import Fault, InputError, printed, refuse, shown
+from optuav.errors import Fault, InputError, for_console, refuse, shown
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.declaration import Constraint
-from optuav.modelling.display import table
 from optuav.modelling.expression import Expression, Operand, Relation, Sense
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
+from optuav.presentation.blocks import Block, Fold, Heading, Table
+from optuav.presentation.presented import Presented
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
@@ -23,6 +24,7 @@ COLUMNS = (
 )
 HEADS = ("constraint", "left and right", "verdict", "declared at")
 MOST_NAMED = 10  # Most points named as violating a constraint
+LONGEST = 60  # Most characters of a label or a verdict
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class Check:
         """Source file and line of the declaration."""
         return self.constraint.declared_at
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         return " ".join([f"{self.label}:", *self.cells[1:]]).rstrip()
 
@@ -114,7 +116,7 @@ class Check:
         return self.label, sides, verdict, self.declared_at
 
 
-class Checks(tuple[Check, ...]):
+class Checks(Presented, tuple[Check, ...]):
     """The constraints of a model at a point, in order; printed as a table.
 
     A tuple of `optuav.modelling.Check`.
@@ -133,19 +135,16 @@ class Checks(tuple[Check, ...]):
         """True if all of them hold at every point."""
         return all(bool(np.all(row.satisfied)) for row in self)
 
-    __str__ = printed(lambda self: table([HEADS, *(row.cells for row in self)]))
-
     def __repr__(self) -> str:
         broken = sum(not np.all(row.satisfied) for row in self)
         return f"<Checks: {len(self)} constraints, {broken} violated>"
 
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
+    def blocks(self) -> Iterator[Block]:
+        """Yield the verdict and a row for each constraint."""
         broken = [number for number, row in enumerate(self) if not np.all(row.satisfied)]
         verdict = f"{len(broken)} of {len(self)} constraints violated"
-        rows = markup.table(HEADS, [row.cells for row in self], bad=broken)
-        return markup.shown(markup.paragraph(verdict, good=not broken), rows)
+        yield Fold("", [Heading(verdict, good=not broken)], in_text=False)
+        yield Table(HEADS, [row.cells for row in self], words=4, longest=LONGEST, bad=broken)
 
     def to_frame(self) -> DataFrame:
         """One row a constraint, and a point where they were evaluated at several; needs pandas.

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.errors import printed
+from optuav.errors import for_console
 from optuav.modelling.expression import Call, Operand
 from optuav.modelling.forms import (
     NOWHERE,
@@ -48,7 +48,7 @@ class Traits(NamedTuple):
         """True if all functions are known to have derivatives everywhere."""
         return not self.rough
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         kind = "linear" if self.linear else "not smooth" if self.rough else "smooth"
         integer = ", some unknowns binary" if self.integer else ""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import re
-import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import takewhile
@@ -12,15 +10,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, line_width, shown, spelled
+from optuav.errors import Fault, InputError, encodable, shown
 from optuav.modelling.declaration import Declaration
 from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
 from optuav.modelling.writer import LINE, MARKED, Latex, Text
+from optuav.presentation.text import LEAST_ROOM, line_width, lined_up
 
 WIDTH = 96
-ROOM, LEAST_ROOM = 36, 24  # columns for a formula, and for anything, beside the text before it
 MARGIN = 11
 LONGEST_SYMBOL = 12
 GAP = "  "
@@ -30,13 +28,6 @@ Line: TypeAlias = tuple[str, str]  # A piece of mathematics and its name
 Section: TypeAlias = tuple[str, list[Line]]  # Lines under a heading
 
 
-def table(rows: Sequence[Sequence[str]]) -> str:
-    """Rows of cells, lined up on the left."""
-    rows = [[*map(spelled, row)] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(GAP.join(map(str.ljust, row, widths)).rstrip() for row in rows)
-
-
 def text(model: Declaration) -> str:
     """The model in lines of at most `WIDTH` characters by default, broken between terms.
 
@@ -44,21 +35,21 @@ def text(model: Declaration) -> str:
     range of its entries. Lines that differ only in the numbers of symbols are written once, see
     `Indexed`.
     """
-    writer = Text(marks=True)
+    writer, width = Text(marks=True), line_width(WIDTH)
     lines = [model.title, ""]
     for head, rows in sections(model, writer):
         if head in CONDITIONS:
-            lines += [head, *_columns([(name, maths) for maths, name in rows], GAP)]
+            lines += [head, *lined_up([(name, maths) for maths, name in rows], width, GAP)]
             continue
         bracketed = [(maths, name and f"({name})") for maths, name in rows]
-        first, *others = _columns(bracketed, " " * MARGIN)
+        first, *others = lined_up(bracketed, width, " " * MARGIN)
         lines += [f"{head:<{MARGIN}}{first[MARGIN:]}", *others]
     if given := parameters(model, writer):
-        listed = _columns(given, GAP)
-        if len(listed) > len(given):  # long symbols have a line of their own
-            listed = _columns(given, GAP, longest=LONGEST_SYMBOL)
-        lines += ["where", *listed]
-    return "\n".join(line.rstrip().replace(writer.after, " ") for line in lines)
+        table = lined_up(given, width, GAP)
+        if len(table) > len(given):  # long symbols have a line of their own
+            table = lined_up(given, width, GAP, longest=LONGEST_SYMBOL)
+        lines += ["where", *table]
+    return encodable("\n".join(lines))
 
 
 def latex(
@@ -172,34 +163,3 @@ def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> l
         name = ", ".join(filter(None, names)) if all_names else PartedLabel(*shared, "…")
         merged.append((f"{pattern}{writer.running(numbers)}", name))
     return merged
-
-
-def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = math.inf) -> list[str]:
-    """Rows as lined-up columns; the last one continues on lines of its own where it is long.
-
-    First cells that are longer than `longest` stand on the line before the rest of their row.
-    """
-    heads = ["" if len(head) > longest else head for head, *_ in rows]
-    rest = [[*cells] for _, *cells in rows]
-    columns = heads, *zip(*rest, strict=True)
-    widths = [max(len(spelled(cell)) for cell in column) for column in columns][:-1]
-    least = len(indent) + sum(widths) + len(GAP) * len(widths)
-    if math.isfinite(longest) and least > line_width(WIDTH) - LEAST_ROOM:
-        widths[2:] = [0 for _ in widths[2:]]  # lined up no further
-    lines = []
-    for (first, *_), head, cells in zip(rows, heads, rest, strict=True):
-        if first != head:
-            lines.append(f"{indent}{first}")
-        row = [head, *cells]
-        padded = (x + " " * (n - len(spelled(x))) for x, n in zip(row, widths, strict=False))
-        start = indent + "".join(f"{cell}{GAP}" for cell in padded)
-        # Where little is left beside the first cells, below them.
-        below = len(start) + 2 if line_width(WIDTH) - len(start) > ROOM else len(indent) + 4
-        lines += textwrap.wrap(
-            f"{start}{row[-1]}",
-            line_width(WIDTH),
-            subsequent_indent=" " * below,
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-    return lines

@@ -8,11 +8,11 @@ from html import escape
 from xml.etree.ElementTree import Element, fromstring
 
 from optuav.errors import printable
-from optuav.markup import Cell, folded, paragraph, table
 from optuav.modelling.declaration import Declaration
 from optuav.modelling.display import parameters, sections
 from optuav.modelling.expression import Variable
 from optuav.modelling.writer import LIST, MARKED, Text, Written, parts_of
+from optuav.presentation.markup import Cell, fold, paragraph, table
 
 THIN = '<mspace width="0.17em"/>'
 WHOLE = re.compile(r"<(mi|mn|mo|mtext)>[^<]*</\1>|<[^>]*>|\s+|\d[\d.]*|.")
@@ -33,7 +33,7 @@ def html(model: Declaration) -> list[Element]:
     if shown_parameters:
         heads = ("symbol", "value", "unit", "name", "key of the mission")
         parts.append(
-            folded(f"where ({len(shown_parameters)} parameters)", table(heads, shown_parameters))
+            fold(f"where ({len(shown_parameters)} parameters)", table(heads, shown_parameters))
         )
     return parts
 

@@ -7,7 +7,7 @@ from types import FrameType
 from typing import Any, Literal
 
 from optuav.arrays import Values
-from optuav.errors import InputError, printed
+from optuav.errors import InputError
 from optuav.modelling.declaration import Constraint, Declaration
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
@@ -189,13 +189,13 @@ class Model(Declaration):
         """Everything but the results of a walk, which depend on the identity of nodes."""
         return {**self.__dict__, "_walk": Walk([], [], [], {})}
 
-    __str__ = printed(text)
+    __str__ = text
 
     def _repr_html_(self) -> str:
-        from optuav.markup import shown
         from optuav.modelling.mathml import html
+        from optuav.presentation.markup import page
 
-        return shown(*html(self))
+        return page(*html(self))
 
     def to_latex(self, *, width: int = LINE, numbers: bool = True, labels: bool = True) -> str:
         """The programme as LaTeX ``align*`` environments (package amsmath).

@@ -9,7 +9,7 @@ import numpy as np
 from optuav.flight.model import BENT
 from optuav.laser.beam import SpreadingBeam
 from optuav.mission import Mission
-from optuav.mission.messages import listed, told_apart
+from optuav.mission.messages import first_ten
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
@@ -21,6 +21,7 @@ from optuav.network.variants import stacked
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
 from optuav.physics.cells import CELLS, TYPED, kind_of
+from optuav.presentation.numbers import figures_apart
 
 LARGEST_LAG_S = 400.0  # Lag of the wells above which they are doubted
 MOST_RADIO = 0.1  # Share of the hover's current above which a radio is doubted
@@ -51,7 +52,7 @@ def _out_of_reach(mission: Mission) -> str:
     radius_m = vehicle.coverage_radius_m(mission)
     if hover_m is None:
         height_m = abs(limits.min_altitude_m - device_m[2])
-        away, reach = told_apart(height_m, radius_m, 6)
+        away, reach = figures_apart(height_m, radius_m, 6)
         return (
             f"the device is out of reach: its link covers {reach} m, but hovering at "
             f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {away} m at least "
@@ -59,8 +60,8 @@ def _out_of_reach(mission: Mission) -> str:
         )
     distance_m, most = math.dist(hover_m, device_m), limits.outage_probability
     outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
-    away, reach = told_apart(distance_m, radius_m, 6)
-    risk, _ = told_apart(outage, most, 3)
+    away, reach = figures_apart(distance_m, radius_m, 6)
+    risk, _ = figures_apart(outage, most, 3)
     return (
         f"P1.a outage: route.hover_m is {away} m from the device, its link covers {reach} m "
         f"(outage {risk}, limits.outage_probability = {most:g})"
@@ -137,7 +138,7 @@ def advice(mission: Mission) -> Iterator[str]:
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names and mission.laser is not None:
-        yield f"the laser does not see {listed(names)}: no charging there"
+        yield f"the laser does not see {first_ten(names)}: no charging there"
 
 
 def _lag_doubt(mission: Mission) -> Iterator[str]:

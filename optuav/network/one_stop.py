@@ -108,7 +108,7 @@ def one_stop_is_enough(network: Network, graph: Graph | None = None) -> bool:
     return few and not find_shortcuts(replace(network, legs=all_legs(network, graph)))
 
 
-def one_stop_in_words(network: Network, graph: Graph | None = None) -> str:
+def one_stop_words(network: Network, graph: Graph | None = None) -> str:
     """Say in a sentence whether routes with more than one stop may be better."""
     if one_stop_is_enough(network, graph):
         legs = "times, charges and energies of the legs obey the triangle inequality"

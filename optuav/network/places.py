@@ -13,7 +13,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.keys import quantity
-from optuav.mission.messages import listed
+from optuav.mission.messages import first_ten
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines, roofs_below
 from optuav.network.prisms import prisms
@@ -231,7 +231,7 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     if not (current_A and len(capped)):
         return None
     names = tuple(places.names[place] for place in capped.tolist())
-    at = "wherever the laser is in sight" if len(capped) == len(lit) else f"at {listed(names)}"
+    at = "wherever the laser is in sight" if len(capped) == len(lit) else f"at {first_ten(names)}"
     values = " and ".join(f"{key} = {quantity(mission, key)}" for key in keys)
     words = f"{values} cap{'s' * (len(keys) == 1)} the charging current {at}"
     return ChargingCap(names, f"{words}: a stronger laser changes nothing there")

@@ -25,7 +25,8 @@ from optuav.paper.curves import BEST, DATA, solve, with_deadline
 from optuav.paper.ledger import FAR_M, NEAR_M, Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
-from optuav.plots.style import minus, printed
+from optuav.plots.style import drawable, minus
+from optuav.presentation.numbers import percent
 
 if TYPE_CHECKING:  # `optuav.plots` reports missing libraries
     from matplotlib.axes import Axes
@@ -74,7 +75,7 @@ class Exhibit:
         known |= {name: value for name, value in words.items() if value is not None}
         labels = known_of_file.keys() & {"title", "x_label", "y_label"}
         if texts := {label: known_of_file[label].format(**known) for label in labels}:
-            texts["title"] = f"{printed(mission.name)}: {texts['title']}"
+            texts["title"] = f"{drawable(mission.name)}: {texts['title']}"
             if bars:
                 self.axes = plots.bars(bars, **texts, level=next(iter(marks), None))
             else:
@@ -274,7 +275,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
         cell = {"cell": entry.statement.name, "paper": as_printed, "ours": ours}
         records.append({**cell, "shows_the_printed_digits": (same := agrees(as_printed, ours))})
         above.append(minus(f"{as_printed}{' †' * wrong}"))
-        below.append(minus(f"{entry.shown(ours)}{' *' * (not same)}"))
+        below.append(minus(f"{entry.figure(ours)}{' *' * (not same)}"))
     rows: list[Sequence[str]] = [HEAD]
     for first in range(0, len(entries), len(HEAD) - 1):
         row = slice(first, first + len(HEAD) - 1)
@@ -346,7 +347,7 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
         if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
             words["constant"] = first
         else:
-            falls = (f"{100.0 * (1.0 - s / first):.2f} % at η0 = {n:g} %" for n, s in others)
+            falls = (f"{percent(1.0 - s / first)} at η0 = {n:g} %" for n, s in others)
             words |= {"least": start, "first": first, "falls": ", ".join(falls)}
     yield Exhibit(mission, "least-charge", records, words, part=perspective)
 

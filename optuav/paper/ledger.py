@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
@@ -14,14 +14,13 @@ import numpy as np
 
 from formulations.p4 import P4
 from formulations.soc import PAPER, PERSPECTIVES
-from optuav import markup
 from optuav.arrays import Floats
-from optuav.errors import Fault, printed, refuse, shown
+from optuav.errors import Fault, refuse, shown
 from optuav.flight.rotors import Rotors
 from optuav.frames import DataFrame, frame
 from optuav.laser.fits import Fits
 from optuav.mission import Mission
-from optuav.mission.messages import counted, nearest, several
+from optuav.mission.messages import nearest, plural, several
 from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.one_stop import one_stop_is_enough
@@ -32,6 +31,10 @@ from optuav.paper.curves import DATA, PAPERS, solve, with_deadline
 from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
+from optuav.presentation.blocks import Block, Facts, Fold, Heading, Note, Table
+from optuav.presentation.markup import yes_or_no
+from optuav.presentation.presented import Presented
+from optuav.presentation.text import as_text
 from optuav.solving.assemble import quantities
 from optuav.status import SAME_S
 from optuav.studies.results import as_csv
@@ -139,7 +142,7 @@ class Entry:
         undecided = self.statement.undecided if self.verdict is Verdict.UNDECIDED else ""
         return "; ".join(part for part in (undecided, self.statement.reason) if part)
 
-    def shown(self, value: Value) -> str:
+    def figure(self, value: Value) -> str:
         """A value of ours with two digits more than the paper prints, or a dash."""
         if value is None or isinstance(value, str):
             return value or "–"
@@ -168,7 +171,7 @@ def fits(stated: str, room: Value | Interval) -> bool:
 
 
 @dataclass(frozen=True)
-class Ledger:
+class Ledger(Presented):
     """Entries of the ledger, in the paper's order.
 
     Printed, it is a summary; `details` has every entry in full.
@@ -202,58 +205,62 @@ class Ledger:
         return tuple(entry for entry in self.entries if entry.statement.name.startswith("table2-"))
 
     @property
-    @printed
     def summary(self) -> str:
         """The counts, and a line for each statement that does not match."""
-        words = sum(not entry.statement.is_number for entry in self.entries)
-        lines = [f"{len(self.entries)} statements of the paper, {words} of them in words"]
-        lines += [f"{count:5}  {verdict.value}" for verdict, count in self.counts.items()]
-        for verdict in UNMATCHED:
-            entries_of = [entry for entry in self.entries if entry.verdict is verdict]
-            lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if entries_of else []
-            for entry in entries_of:
-                paper = entry.statement
-                ours = (("printed parameters", entry.printed), ("recovered", entry.recovered))
-                known = ", ".join(f"{by}: {entry.shown(v)}" for by, v in ours if v is not None)
-                line = f"{paper.name}  paper: {paper.stated} {paper.unit}".rstrip()
-                lines.append(f"  {line}; ours, {known}")
-        return "\n".join([*lines, "", DATA["paper"]["missions"]])
+        return str(self)
 
     @property
-    @printed
     def details(self) -> str:
         """Every entry as a few lines."""
-        blocks = list[str]()
-        for entry, each in zip(self.entries, self.records(), strict=True):
-            lines = {
-                "paper": f"{each['stated']} {each['unit']}".rstrip(),
-                "printed": each["by printed parameters"],
-                "recovered": each["by recovered parameters"],
-                "verdict": ": ".join(filter(None, (each["verdict"], each["reason"]))),
-                "how": "; ".join(filter(None, (each["how"], entry.statement.command))),
-            }
-            head = f"{each['name']}  {each['place']}: {each['what']}"
-            blocks.append("\n".join([head, *(f"  {n:9}  {words}" for n, words in lines.items())]))
-        return "\n\n".join([*blocks, DATA["paper"]["missions"]])
+        return as_text(self.entry_blocks())
 
-    def __str__(self) -> str:
-        return self.summary
+    def blocks(self) -> Iterator[Block]:
+        """Yield the counts, and a row for each statement that does not match."""
+        wrong = sum(count for verdict, count in self.counts.items() if verdict in UNMATCHED)
+        words = sum(not entry.statement.is_number for entry in self.entries)
+        head = f"{len(self.entries)} statements of the paper, {words} of them in words"
+        yield Heading(head, good=not wrong)
+        counts = [(str(count), verdict.value) for verdict, count in self.counts.items()]
+        yield Table((), counts, words=0, last=1)
+        for verdict in UNMATCHED:
+            entries = [entry for entry in self.entries if entry.verdict is verdict]
+            rows = [
+                (
+                    entry.statement.name,
+                    f"{entry.statement.stated} {entry.statement.unit}".rstrip(),
+                    *(entry.figure(value) for value in (entry.printed, entry.recovered)),
+                )
+                for entry in entries
+            ]
+            above = f"{verdict.value[0].upper()}{verdict.value[1:]}:"
+            heads = ("name", "paper", "by printed parameters", "by recovered")
+            if rows:
+                yield Table(heads, rows, longest=34, above=above)
+        all_heads = ("name", "what", "stated", "unit", "by printed parameters", "verdict")
+        all_rows = [[record[head] for head in all_heads] for record in self.records()]
+        all_rows.sort(key=lambda row: row[-1] not in UNMATCHED)
+        table = Table(all_heads, all_rows, bad=range(wrong))
+        yield Fold("Statements", [table], is_open=True, in_text=False)
+        yield Note([DATA["paper"]["missions"]])
+
+    def entry_blocks(self) -> Iterator[Block]:
+        """Yield every entry with its place, our values, its verdict and reason."""
+        for entry, record in zip(self.entries, self.records(), strict=True):
+            yield Heading(f"{record['name']}  {record['place']}: {record['what']}")
+            yield Facts(
+                [
+                    ("paper", f"{record['stated']} {record['unit']}".rstrip()),
+                    ("printed", record["by printed parameters"]),
+                    ("recovered", record["by recovered parameters"]),
+                    ("verdict", ": ".join(filter(None, (record["verdict"], record["reason"])))),
+                    ("how", "; ".join(filter(None, (record["how"], entry.statement.command)))),
+                ]
+            )
+        yield Note([DATA["paper"]["missions"]])
 
     def __repr__(self) -> str:
         wrong = sum(count for verdict, count in self.counts.items() if verdict in UNMATCHED)
-        return f"<Ledger of {counted(len(self.entries), 'statement')}, {wrong} not matched>"
-
-    def _repr_html_(self) -> str:
-        heads = ("name", "what", "stated", "unit", "by printed parameters", "verdict")
-        rows = [[record[head] for head in heads] for record in self.records()]
-        rows.sort(key=lambda row: row[-1] not in UNMATCHED)
-        wrong = sum(row[-1] in UNMATCHED for row in rows)
-        counts = [(verdict.value, str(count)) for verdict, count in self.counts.items()]
-        return markup.shown(
-            markup.paragraph(repr(self).strip("<>"), good=not wrong),
-            markup.pairs(counts),
-            markup.folded("Statements", markup.table(heads, rows, bad=range(wrong)), is_open=True),
-        )
+        return f"<Ledger of {plural(len(self.entries), 'statement')}, {wrong} not matched>"
 
     def to_frame(self) -> DataFrame:
         """Return `records` as a data frame; needs pandas (``python -m pip install pandas``)."""
@@ -264,8 +271,8 @@ class Ledger:
         return [
             {
                 **{name: getattr(entry.statement, name) for name in HEAD},
-                "by printed parameters": entry.shown(entry.printed),
-                "by recovered parameters": entry.shown(entry.recovered),
+                "by printed parameters": entry.figure(entry.printed),
+                "by recovered parameters": entry.figure(entry.recovered),
                 "verdict": entry.verdict.value,
                 "reason": entry.reason,
                 "how": entry.statement.how,
@@ -414,14 +421,14 @@ def energy_is_shorter(mission: Mission) -> Value:
     changed = with_deadline(mission, 800.0)
     energy, *others = (curves.by_trajectory(changed, name) for name in ("energy", *SAME))
     pairs = [(energy[name], plans[name]) for plans in others for name in energy]
-    return markup.yes_or_no(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
+    return yes_or_no(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
 
 
 def least_charge_is_kept(mission: Mission) -> Value:
     """Return whether η1 is at least η0 at the end of every plan at 800 s."""
     changed, least = with_deadline(mission, 800.0), mission.limits.min_soc - 1e-9
     plans = (plan for name in PAPER for plan in curves.by_trajectory(changed, name).values())
-    return markup.yes_or_no(all((plan.soc or {})["battery"] >= least for plan in plans))
+    return yes_or_no(all((plan.soc or {})["battery"] >= least for plan in plans))
 
 
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:
@@ -472,7 +479,7 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "hover_time_s": lambda m, *row: curves.table2_row(m, *row).hover_time_s,
     "mission_time_s": lambda m, *row: curves.table2_row(m, *row).mission_time_s,
     "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
-    "same_in_slots": lambda m: markup.yes_or_no(
+    "same_in_slots": lambda m: yes_or_no(
         len({solve(m, perspective=p, slot_s=1).hover_time_s for p in SAME}) == 1
     ),
     "crossing_As": _crossing_As,

@@ -16,7 +16,6 @@ from xml.etree.ElementTree import Element, tostring
 
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, refuse, shown
-from optuav.markup import element
 from optuav.mission import Mission, load
 from optuav.mission.files import check_place, make_directory, write_files
 from optuav.mission.messages import misfits, nearest, path_of, several
@@ -27,6 +26,7 @@ from optuav.paper.figures import Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
 from optuav.plots.style import minus
+from optuav.presentation.markup import element
 from optuav.studies.methods import Progress
 from optuav.studies.processes import WORKERS, run_tasks
 from optuav.studies.results import as_csv
@@ -318,7 +318,7 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     wrong = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
     for cell in cells:
         if cell.verdict is Verdict.CONTRADICTS:
-            paper, values = cell.statement, (cell.statement.stated, cell.shown(cell.recovered))
+            paper, values = cell.statement, (cell.statement.stated, cell.figure(cell.recovered))
             shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
             wrong.append([f"{paper.place}, {paper.what}", *shown, cell.reason])
     content = (agreement, worth, listed, *others, table(wrong, cards=True))

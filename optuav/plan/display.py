@@ -1,9 +1,9 @@
-"""A plan as a verdict, tables and a picture of its wells over time, for a notebook."""
+"""A picture of the wells of a plan over time, and landings below the reserve."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree.ElementTree import Element
@@ -11,12 +11,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from optuav.looks import LOOKS, PHASES
-from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
 from optuav.network.timeline import carry, steps
 from optuav.physics.kibam import Wells
 from optuav.plan.data import PlanData
-from optuav.plan.summary import EDITED, HEADINGS, LEGEND, figures, heading, outcome, remarks, times
+from optuav.presentation.markup import element
+from optuav.presentation.numbers import figure
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats
@@ -41,44 +41,6 @@ class Levels(NamedTuple):
     time_s: Floats
     available_As: Floats
     bound_As: Floats
-
-
-def html(plan: PlanData) -> str:
-    """The plan as HTML."""
-    if not plan:
-        return shown(paragraph(verdict(plan), good=False), pairs(heading(plan)), *_notes(plan))
-    rows = []
-    for phase, (kind, *numbers) in zip(plan.phases, figures(plan), strict=True):
-        flown = f"{phase.start_place} → {phase.end_place}"
-        rows.append((kind, flown if phase.kind == "flight" else phase.end_place, *numbers))
-    stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
-    full = plan.mission.pool.full
-    legend = f"{LEGEND} {EDITED}" if any(phase.edited for phase in plan.phases) else LEGEND
-    return shown(
-        paragraph(verdict(plan), good=plan.flyable is not False),
-        picture(levels(plan), stays, full, plan.runs_dry_s, plan.overfull_s),
-        pairs((name, f"{time_s:.2f} s, {remark}") for name, time_s, remark in times(plan)),
-        folded("Question and answer", pairs([*heading(plan), *outcome(plan)])),
-        folded(f"Phases ({len(rows)})", table(HEADINGS, rows), paragraph(legend), is_open=True),
-        *_notes(plan),
-    )
-
-
-def verdict(plan: PlanData) -> str:
-    """The answer in one sentence."""
-    known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
-    if not plan:
-        return f"No plan: {known}"
-    flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
-    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
-
-
-def _notes(plan: PlanData) -> Iterator[Element]:
-    """Warnings, and the notes folded: some give away what a reader may want to find."""
-    if warnings := [remark for remark in remarks(plan) if remark[0] != "Note"]:
-        yield pairs(warnings)
-    if notes := [remark for remark in remarks(plan) if remark[0] == "Note"]:
-        yield folded(f"Notes ({len(notes)})", pairs(notes))
 
 
 def levels(plan: PlanData) -> Levels:

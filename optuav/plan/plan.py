@@ -11,12 +11,14 @@ from typing import Any, TypeAlias
 from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
 
-from optuav.errors import Fault, InputError, collected, printed, refuse, safe_name
+from optuav.errors import Fault, InputError, collected, for_console, refuse, safe_name
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, seen_from, write_text
-from optuav.mission.messages import path_of, several, shown, worded
+from optuav.mission.messages import error_words, path_of, several, shown
 from optuav.plan.data import OBJECTIVE, PlanData
-from optuav.plan.summary import TABLE, summary
+from optuav.plan.summary import TABLE, blocks
+from optuav.presentation.blocks import Block
+from optuav.presentation.presented import Presented
 
 SCHEMA = 1
 KIND = "optuav plan"
@@ -30,7 +32,7 @@ DERIVED = (
 """Figures that a file repeats for its readers; they follow from the phases, which decide."""
 
 
-class Plan(PlanData):
+class Plan(Presented, PlanData):
     """The answer to a problem over a mission.
 
     Without a plan, `status` and `reasons` say so, and every time or state raises
@@ -77,23 +79,19 @@ class Plan(PlanData):
     (('origin', 'hover', 'destination'), True)
     """
 
-    __str__ = printed(summary)
-
-    @printed
+    @for_console
     def __repr__(self) -> str:
         hover = f", Δ = {self.hover_time_s:.2f} s" if self else ""
         question = f"{self.problem}, perspective {self.perspective}"
         return f"<Plan for {self.mission.name!r}: {question}, {self.status.value}{hover}>"
 
-    def _repr_html_(self) -> str:
-        from optuav.plan.display import html
+    def blocks(self) -> Iterator[Block]:
+        """Yield question and answer, times, a picture of the wells, phases and remarks."""
+        return blocks(self)
 
-        return html(self)
-
-    @printed
     def summary(self) -> str:
         """The plan as an aligned block of text."""
-        return summary(self)
+        return str(self)
 
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data: strings, numbers, lists, dicts and None.
@@ -290,4 +288,4 @@ def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
             continue
         key = ".".join(safe_name(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
-        yield Fault(key, value, worded(detail), source)
+        yield Fault(key, value, error_words(detail), source)

@@ -1,50 +1,62 @@
-"""The summary of a plan: an aligned block of text, see `line_width`."""
+"""A plan as blocks: question and answer, times, its wells, phases and remarks."""
 
 from __future__ import annotations
 
-import re
-import textwrap
-from collections.abc import Iterator, Sequence
-from itertools import groupby
-from operator import itemgetter
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TypeAlias
+from xml.etree.ElementTree import Element
 
-from optuav.errors import folded, line_width, spelled
 from optuav.mission import Mission
 from optuav.mission.files import label
-from optuav.mission.messages import written_out
 from optuav.options import LONGEST_HOVER
 from optuav.plan.data import PlanData
-from optuav.presentation.text import FILLER, as_wide, tabulated
+from optuav.presentation.blocks import Block, Cell, Facts, Fold, Heading, Picture, Table
+from optuav.presentation.numbers import all_digits, fixed, percent, with_unit
 
 TABLE = "buildings_file"  # The key under which a plan names the table of its buildings
-LABEL = 13
-LEAST_ROOM = 15  # Columns for the place of a phase
-GAP = "  "
-NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
-NO_BREAK = "\N{NO-BREAK SPACE}"
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
 LEGEND = "A, W: mean into the battery. avail., bound: fill of the wells at the end."
 EDITED = "*: figures stated in the graph."
 TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
 
-
 Line: TypeAlias = tuple[str, str]  # A label and its words
 
 
-def summary(plan: PlanData) -> str:
-    """The plan as text."""
-    lines = [line for label, words in heading(plan) for line in wrapped(label, words)]
+def blocks(plan: PlanData) -> Iterator[Block]:
+    """The plan as blocks: question, answer, wells, phases, warnings and notes.
+
+    HTML folds the notes: some give away what a reader may want to find.
+    """
+    yield from question_blocks(plan)
     if plan:
-        shown = [(name, f"{time_s:10.2f} s   {remark}") for name, time_s, remark in times(plan)]
-        shown += outcome(plan)
-        lines += ["", *(line for label, words in shown for line in wrapped(label, words))]
-        lines += ["", *_timeline(plan)]
-    for mark, found in groupby(remarks(plan), itemgetter(0)):
-        lines += ["", *(line for _, words in found for line in wrapped(mark, words))]
-    return "\n".join(lines)
+        yield Facts([*times(plan), *outcome(plan)])
+        yield Picture(partial(_wells, plan))
+        rows = figures(plan)
+        below = [LEGEND, EDITED] if any(phase.edited for phase in plan.phases) else [LEGEND]
+        table = Table(HEADINGS, rows, words=2, longest=None, below=below)
+        yield Fold(f"Phases ({len(rows)})", [table], is_open=True)
+    yield Facts(warnings(plan))
+    if notes := [("Note", note) for note in plan.notes]:
+        yield Fold(f"Notes ({len(notes)})", [Facts(notes)])
+
+
+def question_blocks(plan: PlanData) -> Iterator[Block]:
+    """The verdict in HTML; the question and its answer, there folded."""
+    known = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
+    yield Fold("", [known], in_text=False)
+    yield Fold("Question", [Facts(heading(plan))], is_open=not plan)
+
+
+def verdict(plan: PlanData) -> str:
+    """The answer in one sentence."""
+    known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
+    if not plan:
+        return f"No plan: {known}"
+    flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
+    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
 
 
 def heading(plan: PlanData) -> list[Line]:
@@ -71,14 +83,19 @@ def facts(plan: PlanData) -> list[Line]:
     """Question and answer, times, where the plan leads, and remarks."""
     if not plan:
         return [*heading(plan), *remarks(plan)]
-    taken = [(name, f"{time_s:.2f} s, {words}") for name, time_s, words in times(plan)]
+    taken = [(name, f"{time}, {words}") for name, time, words in times(plan)]
     return [*heading(plan), *taken, *outcome(plan), *remarks(plan)]
 
 
 def remarks(plan: PlanData) -> list[Line]:
     """Warnings, then notes."""
-    warnings = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
-    return [("Warning", warning) for warning in warnings] + [("Note", note) for note in plan.notes]
+    return [*warnings(plan), *(("Note", note) for note in plan.notes)]
+
+
+def warnings(plan: PlanData) -> list[Line]:
+    """What keeps a plan from being flown, and a table that is not here."""
+    known = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
+    return [("Warning", warning) for warning in known]
 
 
 def unknown_buildings(mission: Mission) -> str:
@@ -92,28 +109,12 @@ def unknown_buildings(mission: Mission) -> str:
 
 def counted_in(slot_s: float | None) -> str:
     """Say how times are counted: in slots of a length [s], or continuously."""
-    return "continuous times" if slot_s is None else f"slots of {written_out(slot_s)} s"
+    return "continuous times" if slot_s is None else f"slots of {all_digits(slot_s)} s"
 
 
-def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
-    """A paragraph beside its label, or beside a start; a number keeps its unit on its line."""
-    known = NO_BREAK.join(as_wide(spelled(piece)) for piece in text.split(NO_BREAK))
-    wide, start = NUMBER_AND_UNIT.sub(NO_BREAK, known), start or f"{label:<{LABEL}}"
-    width = line_width() - (FILLER in wide)  # A break may part a letter from its filler.
-    lines = textwrap.TextWrapper(width, start, " " * indent, break_on_hyphens=False).wrap(wide)
-    return [line.replace(NO_BREAK, " ").replace(FILLER, "") for line in lines or [start.rstrip()]]
-
-
-def _number(value: float, decimals: int, sign: str = "") -> str:
-    """A number with fixed decimals, unless it is too long for that."""
-    # Adding 0 turns a negative zero into zero.
-    rounded = round(value, decimals) + 0.0
-    return f"{rounded:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
-
-
-def times(plan: PlanData) -> list[tuple[str, float, str]]:
-    """Durations of a plan by kind and of the whole [s], and remarks on them."""
-    rows: list[tuple[str, float, str]] = []
+def times(plan: PlanData) -> list[tuple[str, str, str]]:
+    """Durations of a plan by kind and of the whole, and remarks on them."""
+    rows: list[tuple[str, str, str]] = []
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
         lasting = [stop for stop in stops if stop.duration_s]
@@ -126,27 +127,28 @@ def times(plan: PlanData) -> list[tuple[str, float, str]]:
                 for e in stops
             ]
         if stops or kind == "hover":
-            rows.append((kind.capitalize(), time_s, ", ".join(served)))
+            rows.append((kind.capitalize(), f"{time_s:.2f} s", ", ".join(served)))
     fastest_m_s = max(phase.peak_speed_m_s for phase in plan.phases)
-    flown = f"{len(plan.route) - 1} legs, up to {_number(fastest_m_s, 1)} m/s"
-    if chosen := [_number(speed_m_s, 2) for leg in plan.speeds_m_s for speed_m_s in leg]:
+    flown = f"{len(plan.route) - 1} legs, up to {_cell(fastest_m_s, 1)} m/s"
+    if chosen := [_cell(speed_m_s, 2) for leg in plan.speeds_m_s for speed_m_s in leg]:
         flown = f"{len(plan.route) - 1} legs, at {', '.join(chosen)} m/s"
     left_s = plan.mission.limits.deadline_s - plan.mission_time_s
     ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
     ends = "exactly at the deadline" if abs(left_s) < 0.005 else ends
-    return [*rows, ("Flight", plan.flight_time_s, flown), ("Mission", plan.mission_time_s, ends)]
+    flight, mission = (f"{time_s:.2f} s" for time_s in (plan.flight_time_s, plan.mission_time_s))
+    return [*rows, ("Flight", flight, flown), ("Mission", mission, ends)]
 
 
 def outcome(plan: PlanData) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
-    levels = [f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()]
+    levels = [f"{name} {percent(level)}" for name, level in (plan.soc or {}).items()]
     left = f"of the battery, by perspective: {', '.join(levels)}"
     lines = [("Route", " → ".join(plan.route)), ("Charge left", left)]
     known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
     for name, value in (("Objective", known), ("Bound", plan.bound)):
         if value is not None:
-            shown = f"{value:.6g} {plan.objective_unit.removeprefix('1')}".rstrip()
-            lines.append((name, shown + "; none is better" * (name == "Bound")))
+            reached = with_unit(value, plan.objective_unit)
+            lines.append((name, reached + "; none is better" * (name == "Bound")))
     if plan.binding:
         limits, in_slots = "; ".join(plan.binding), plan.engine == "grid"
         would = f"would break {limits}"
@@ -154,32 +156,29 @@ def outcome(plan: PlanData) -> list[Line]:
     return lines
 
 
-def figures(plan: PlanData) -> list[tuple[str, ...]]:
-    """Rows of the phases: the kind, and the figures that the `HEADINGS` after its place name."""
+def figures(plan: PlanData) -> list[tuple[Cell, ...]]:
+    """Rows of the phases, as the `HEADINGS` name their cells; a flight has both places or one."""
     full = plan.mission.pool.full
-    rows = []
+    rows = list[tuple[Cell, ...]]()
     for phase in plan.phases:
-        times = (_number(time_s, 2) for time_s in (phase.start_s, phase.duration_s))
-        loads = _number(phase.current_A, 2, "+"), _number(phase.power_W, 0, "+")
+        stays, end = phase.kind != "flight", phase.end_place
+        where: Cell = end if stays else (f"{phase.start_place} → {end}", f"→ {end}")
+        times = (_cell(time_s, 2) for time_s in (phase.start_s, phase.duration_s))
+        loads = _cell(phase.current_A, 2, "+"), _cell(phase.power_W, 0, "+")
         wells = sum(phase.available_As) / full.available_As, sum(phase.bound_As) / full.bound_As
-        levels = (_number(100 * level, 1) for level in wells)
-        rows.append((phase.kind + "*" * phase.edited, *times, *loads, *levels))
+        levels = (_cell(100.0 * level, 1) for level in wells)
+        rows.append((phase.kind + "*" * phase.edited, where, *times, *loads, *levels))
     return rows
 
 
-def _timeline(plan: PlanData) -> Iterator[str]:
-    cells = figures(plan)
-    columns = zip((HEADINGS[0], *HEADINGS[2:]), *cells, strict=True)
-    widths = [max(map(len, column)) for column in columns]
-    room = max(LEAST_ROOM, line_width() - sum(widths) - len(GAP) * len(widths))
-    rows: list[Sequence[str]] = [HEADINGS]
-    for phase, (kind, *numbers) in zip(plan.phases, cells, strict=True):
-        end = both = phase.end_place
-        if phase.kind == "flight":  # both places, or its end
-            end = f"→ {end}"
-            both = f"{phase.start_place} {end}"
-        rows.append((kind, both if len(as_wide(both)) <= room else end, *numbers))
-    yield from tabulated(rows, 2, longest=room)
-    yield from folded(LEGEND, line_width()).split("\n")
-    if any(phase.edited for phase in plan.phases):
-        yield EDITED
+def _cell(value: float, decimals: int, sign: str = "") -> str:
+    """A number of a table, short where it would leave no room for names."""
+    return fixed(value, decimals, sign=sign, less_than=TOO_LONG)
+
+
+def _wells(plan: PlanData) -> Element:
+    """Both wells over time, below the phases."""
+    from optuav.plan.display import levels, picture
+
+    stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
+    return picture(levels(plan), stays, plan.mission.pool.full, plan.runs_dry_s, plan.overfull_s)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Floats, Integers
-from optuav.errors import printed
+from optuav.errors import for_console
 from optuav.frames import DataFrame, frame, without_rounding
 
 Texts = npt.NDArray[np.str_]
@@ -56,7 +56,7 @@ class FlightEvent:
     violation: bool = True
     value_s: float | None = None
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
 

@@ -74,7 +74,7 @@ def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str |
 def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image]:
     """The pictures of an animation at moments [s], and the last of them for a while."""
     trace, laser, events = replayed.trace, replayed.mission.laser, timed(replayed)
-    end_s, name = float(trace.time_s[-1]), style.printed(replayed.mission.name)
+    end_s, name = float(trace.time_s[-1]), style.drawable(replayed.mission.name)
     with style.applied():
         figure = _still(replayed)
         left, right = figure.axes

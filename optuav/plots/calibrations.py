@@ -42,7 +42,7 @@ class FitAxes(NamedTuple):
     residuals: Axes
 
     def _repr_png_(self) -> style.Shown:
-        return style.shown(self)
+        return style.picture_of(self)
 
 
 @style.applied()
@@ -91,7 +91,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
             if above is not each:
                 each.sharex(above)
                 each.autoscale_view()
-    sources = ", ".join(style.printed(source.rpartition("/")[2]) for source in found.sources[:2])
+    sources = ", ".join(style.drawable(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
     top = axes[0].values
     lag = f"{found.lag_words}, " if found.lag_words else ""
@@ -121,7 +121,7 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
     for ax in axes:
         ax.set_ylim(len(rows) - 0.5, -0.5)
         ax.tick_params(axis="y", length=0.0)
-    values.set_yticks(rows, [style.printed(name) for name in panel.names])
+    values.set_yticks(rows, [style.drawable(name) for name in panel.names])
     residuals.set_yticks(rows, [""] * len(rows))
     both = np.concatenate([observed, fitted])
     low, high = float(np.min(both)), float(np.max(both))

@@ -79,7 +79,7 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     replays = [replay(plan) for plan in plans]
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         drawn = draw_wells(ax, replayed)
-        title = f"{style.printed(plan.mission.name)}, perspective {plan.perspective}: "
+        title = f"{style.drawable(plan.mission.name)}, perspective {plan.perspective}: "
         title += f"hover $Δ$ = {plan.hover_time_s:.2f} s"
         title += f", rest $T'$ = {plan.rest_time_s:.2f} s" * (plan.rest_time_s > 0.0)
         title += ", cannot be flown" * (not replayed.flyable)

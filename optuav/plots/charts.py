@@ -18,6 +18,7 @@ from optuav.looks import LOOKS
 from optuav.mission.messages import several, unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY
+from optuav.presentation.numbers import percent
 
 COLOURS = {
     **{"battery": BLUE, "energy": ORANGE, "adjusted": SKY, "available": GREEN},
@@ -299,7 +300,7 @@ def waterfall(
         ax.bar(at, power_W, 0.8, color=GREEN if electric else LASER)
         ax.bar(at, top_W - power_W, 0.8, power_W, **lost)
         ax.plot([at - 1.4 if at else at - 0.4, at + 0.4], [top_W] * 2, color=DARK, linewidth=0.5)
-        loss = f"\n−{100.0 * (1.0 - share):.3g} %" if at and share < 0.9995 else ""
+        loss = f"\n−{percent(1.0 - share)}" if at and share < 0.9995 else ""
         style.beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(stations)), [fill(words, WORDS_WIDTH) for words, *_ in stations])
@@ -331,7 +332,7 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     ax.tick_params(axis="y", length=0.0)
     more = f"; {len(moving) - len(shown)} more keys move it less" if moving != shown else ""
     ax.set_xlabel(f"longest hover Δ [s]{more}")
-    ax.set_title(f"{style.printed(mission)}: one key at a time, at the values beside the bars")
+    ax.set_title(f"{style.drawable(mission)}: one key at a time, at the values beside the bars")
     ends = (("key at its low end", ORANGE), ("key at its high end", BLUE))
     handles = [Patch(label=words, color=colour, linewidth=0.0) for words, colour in ends]
     ax.legend(handles=handles, loc="lower right", ncols=2)
@@ -392,9 +393,9 @@ def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) 
         ax.axvline(fixed_s, color=DARK, linewidth=1.2, linestyle="--")
         words.append(f"fixed plan {fixed_s:.0f} s (dashed)")
     if len(planned) < len(times_s):
-        words.append(f"no plan in {1.0 - len(planned) / len(times_s):.1%}")
+        words.append(f"no plan in {percent(1.0 - len(planned) / len(times_s))}")
     ax.set(xlabel="longest hover Δ [s]", ylabel="share of samples [%]")
-    ax.set_title(f"{style.printed(mission)}: {', '.join(words)}")
+    ax.set_title(f"{style.drawable(mission)}: {', '.join(words)}")
     style.group_thousands(ax)
     style.settle(ax)
     return ax

@@ -93,7 +93,7 @@ def distribution(
     cumulative.set(ylabel="share up to a value [%]", ylim=(0.0, 104.0))
     cumulative.set(xlabel=f"{values.attrs['long_name']} [{values.attrs['units']}]")
     rows = -(-len(names) // 2)
-    town = style.printed(found.attrs["mission"])
+    town = style.drawable(found.attrs["mission"])
     histogram.set_title(f"{town}: {len(row)} scenarios", pad=4.0 + 14.0 * rows)
     style.legend_above(histogram, min(2, len(names)))
     for ax in axes:

@@ -179,4 +179,4 @@ def image(drawn: Any, path: Path) -> bytes:
     """The figure of axes as the content of a file, in the format of its suffix."""
     words = f"{AXES}; save_figures takes several pictures"
     ax, suffix = of_kind("drawn", _axes(drawn), Axes, words), ending_of(path, *FORMATS)
-    return style.written(style.root(ax), format=suffix[1:], metadata=FORMATS[suffix])
+    return style.image(style.root(ax), format=suffix[1:], metadata=FORMATS[suffix])

@@ -116,7 +116,7 @@ def _drawn(found: xarray.Dataset, ax: Axes | None) -> Iterator[tuple[str, Axes]]
     hover_s = found.hover_time_s
     if "perspective" not in hover_s.dims:
         hover_s = hover_s.expand_dims(perspective=[found.attrs["perspective"]])
-    town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
+    town, units = style.drawable(known["mission"]), {key: found[key].attrs["units"] for key in keys}
     longest = known["problem"].partition("(")[0] in LONGEST_HOVER
     words = LONGEST if longest else HOVER
     perspectives = hover_s.perspective.values.tolist()

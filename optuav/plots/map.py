@@ -72,7 +72,7 @@ class MapAxes(NamedTuple):
     height: Axes
 
     def _repr_png_(self) -> style.Shown:
-        return style.shown(self)
+        return style.picture_of(self)
 
 
 class Way(NamedTuple):
@@ -139,7 +139,7 @@ def mission_map(
     """
     subject = load_subject(subject)
     mission = subject if isinstance(subject, Mission) else subject.mission
-    shown, title, why = scene(mission), style.printed(mission.name), ""
+    shown, title, why = scene(mission), style.drawable(mission.name), ""
     ends = [k for k in (ORIGIN, HOVER, DESTINATION) if shown.places.exists[k]]
     names, stops = tuple(shown.places.names[k] for k in ends), tuple[Stop, ...]()
     look: Look = {"color": GREY, "linestyle": style.DASHED}
@@ -147,7 +147,7 @@ def mission_map(
     by: Waypoints = ((),) * (len(names) - 1)
     if isinstance(subject, Plan):
         words = (subject.problem, subject.trajectory, subject.perspective)
-        title += f": {', '.join(style.printed(word) for word in words if word)}"
+        title += f": {', '.join(style.drawable(word) for word in words if word)}"
         if subject:
             names, stops, look = subject.route, subject.stops, {"color": BLUE}
             by, entries = subject.waypoints_m, [*_plan_entries(subject, look)]
@@ -203,18 +203,18 @@ def trajectories(
         known.items(), cycle(COLOURS), cycle(DASHES), strict=False
     ):
         look: Look = {"color": colour, "linestyle": dashes}
-        label = style.WORDS.get(name, style.printed(name))
+        label = style.WORDS.get(name, style.drawable(name))
         if plan:
             places = plan.route, shown.positions(plan.route), plan.waypoints_m
             ways.append(Way.bent(*places, plan.stops, look))
-            rests = [style.printed(str(stop.at)) for stop in plan.stops if stop.kind == "rest"]
+            rests = [style.drawable(str(stop.at)) for stop in plan.stops if stop.kind == "rest"]
             label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
             label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
         else:
             label += f": no plan ({plan.status.value})"
         entries.append(Line2D([], [], label=label, **look))
     perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in known.values()))
-    title = f"{style.printed(shown.mission.name)}: trajectories in the perspective {perspectives}"
+    title = f"{style.drawable(shown.mission.name)}: trajectories in the perspective {perspectives}"
     return _draw(shown, ways, entries, title, times=False, figure=figure)
 
 
@@ -259,7 +259,7 @@ def _draw(
         if name
     }
     words = {name: symbol.rpartition(" ")[2] for name, symbol in SYMBOLS.items()}
-    short = [style.Label(words.get(n) or style.printed(n), at) for n, at in corners.items()]
+    short = [style.Label(words.get(n) or style.drawable(n), at) for n, at in corners.items()]
     style.place(axes.height, short, [way.side for way in ways])
     return axes
 
@@ -280,7 +280,7 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     stops = [stop for way in ways for stop in way.stops] if times else []
     labels = []
     for name, (x, y, _) in _places(shown, ways).items():
-        lines = [SYMBOLS.get(name) or style.printed(name)]
+        lines = [SYMBOLS.get(name) or style.drawable(name)]
         for stop in (candidate for candidate in stops if candidate.at == name):
             stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
             lines.append(stay if stop.duration_s > 0.0 else "passes by")
@@ -290,7 +290,7 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
     for building in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
-        name, at = style.printed(building.name), building.position_m[:2]
+        name, at = style.drawable(building.name), building.position_m[:2]
         scenery.append(style.Label(name, at, needed=False, colour=DARK, size=6.5))
     return labels + [label for label in scenery if tuple(label.at) not in written]
 

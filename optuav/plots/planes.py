@@ -17,7 +17,7 @@ from optuav.modelling import Model, Variable
 from optuav.plan import Plans, load_plans
 from optuav.plan.plane import ROLES, Plane, constraint_name, kind_of, thinned
 from optuav.plots import style
-from optuav.plots.style import BLACK, printed
+from optuav.plots.style import BLACK, drawable
 
 OWN = (style.PINK, style.SKY, style.DARK, style.GREEN)  # Colours of limits that have no role
 SAMPLES = 401  # Samples of the constraints along an axis
@@ -95,7 +95,7 @@ def plane(
     for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
         highest_s = max([0.0, *values_s[-1:], *(point[number] for point in points)]) or 1.0
         ax.set(**{name: (-MARGIN * highest_s, (1.0 + MARGIN) * highest_s)})
-    ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
+    ax.set_title("\n".join([model.title, *[" → ".join(map(drawable, route))] * bool(route)]))
     ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
     style.group_thousands(ax)
     handles = list(_draw_constraints(ax, drawn, route))
@@ -148,7 +148,7 @@ def _draw_grid(
 def _draw_constraints(ax: Axes, drawn: Plane, route: Sequence[str]) -> Iterator[Artist]:
     """Draw the boundaries that cut, with their forbidden sides; entries of the legend."""
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
-    names = [*map(printed, route)]
+    names = [*map(drawable, route)]
     colours = cycle(OWN)
     for cut in drawn.cuts(x, y):
         role = ROLES.get(kind_of(cut.constraint))

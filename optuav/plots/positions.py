@@ -15,7 +15,7 @@ from matplotlib.transforms import offset_copy
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.messages import counted, shown
+from optuav.mission.messages import plural, shown
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
@@ -95,7 +95,7 @@ def hover_map(
         handles.append(without_value("no plan"))
     _legend_below(ax, handles)
     height_m = style.minus(f"{found.attrs['height_m']:.10g}")
-    title = f"{style.printed(mission.name)}, perspective {found.attrs['perspective']}\n"
+    title = f"{style.drawable(mission.name)}, perspective {found.attrs['perspective']}\n"
     title += f"{moved} anywhere at z = {height_m} m"
     return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)
 
@@ -172,8 +172,8 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
         look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
     _legend_below(ax, handles)
-    lasers = f"lasers on {len(chosen_m)} of {counted(len(candidates_m), 'candidate')}"
-    title = f"{style.printed(found.missions[0].name)}: {lasers}"
+    lasers = f"lasers on {len(chosen_m)} of {plural(len(candidates_m), 'candidate')}"
+    title = f"{style.drawable(found.missions[0].name)}: {lasers}"
     ax.set_title(f"{title}, perspective {found.perspective}")
     style.group_thousands(ax)
     style.settle(ax)

@@ -15,7 +15,7 @@ from optuav.errors import Fault, InputError, refuse
 from optuav.flight.model import FlightModel
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission import Mission, load
-from optuav.mission.messages import listed, shown
+from optuav.mission.messages import first_ten, shown
 from optuav.network.scene import scene
 from optuav.physics.flight import LegState, Loads
 from optuav.plan import Plan
@@ -50,7 +50,7 @@ class ProfileAxes(NamedTuple):
     power: Axes
 
     def _repr_png_(self) -> style.Shown:
-        return style.shown(self)
+        return style.picture_of(self)
 
 
 @style.applied()
@@ -106,7 +106,7 @@ def profile(
     axes.power.set(ylabel="power into\nthe battery [W]", ylim=limits)
     axes.power.set(xlim=(0.0, time_s[-1] or 1.0), xlabel=style.TIME)
     verdict = "can be flown" if replayed.flyable else "cannot be flown"
-    axes.altitude.set_title(f"{style.printed(mission.name)}: {verdict}", pad=style.NAMES_PT)
+    axes.altitude.set_title(f"{style.drawable(mission.name)}: {verdict}", pad=style.NAMES_PT)
     entries = [style.entry("net power", BLACK), style.entry("from the laser", LASER, 1.0)]
     entries.append(style.entry("altitudes for hovering", GREY, 0.8, "--"))
     style.group_thousands(*axes)
@@ -154,7 +154,7 @@ class LegAxes(NamedTuple):
     current: Axes
 
     def _repr_png_(self) -> style.Shown:
-        return style.shown(self)
+        return style.picture_of(self)
 
 
 @style.applied()
@@ -202,8 +202,8 @@ def leg(
     if axes.attitude is not None:
         _draw_attitude(axes.attitude, stages)
     _draw_current(axes.current, stages)
-    ends = " → ".join(map(style.printed, (start, end)))
-    heading = f"{style.printed(mission.name)}: leg {ends}, {math.hypot(*way_m):.1f} m in"
+    ends = " → ".join(map(style.drawable, (start, end)))
+    heading = f"{style.drawable(mission.name)}: leg {ends}, {math.hypot(*way_m):.1f} m in"
     several = len(stages) > 1
     axes.speed.set_title(f"{heading} {duration_s:.2f} s", pad=style.NAMES_PT if several else 6.0)
     axes.current.set(xlabel="time since the leg began $t$ [s]", xlim=(0.0, stages[-1].time_s[-1]))
@@ -217,7 +217,7 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
     """End minus start [m]; an error where no leg leads there."""
     known = scene(mission).places
     refuse(
-        Fault(option, shown(name), f"one of {listed(known.names)}")
+        Fault(option, shown(name), f"one of {first_ten(known.names)}")
         for option, name in (("start", start), ("end", end))
         if name not in known.names
     )

@@ -27,10 +27,10 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from matplotlib.transforms import Bbox
 from matplotlib.typing import LineStyleType
 
-from optuav import markup
 from optuav.arrays import Booleans, Floats
 from optuav.judge import Replay
 from optuav.looks import LOOKS, PHASES, SERIES
+from optuav.presentation import markup
 
 BLACK = "black"
 BLUE, GREEN, ORANGE = PHASES.values()
@@ -95,7 +95,7 @@ class ShownAxes(Axes):
     """Axes that a notebook shows as the picture they belong to."""
 
     def _repr_png_(self) -> Shown:
-        return shown(self)
+        return picture_of(self)
 
 
 class Page(Figure):
@@ -106,14 +106,14 @@ class Page(Figure):
         return super().add_subplot(*args, **{"axes_class": ShownAxes, **options})
 
     def _repr_png_(self) -> Shown:
-        return shown(self.axes[0]) if self.axes else None
+        return picture_of(self.axes[0]) if self.axes else None
 
 
 class Panels(tuple[Any, ...]):
     """Axes of one picture, or tuples of them, which a notebook shows as the picture."""
 
     def _repr_png_(self) -> Shown:
-        return shown(self)
+        return picture_of(self)
 
 
 class Pictures(tuple[tuple[str, Axes], ...]):
@@ -137,9 +137,9 @@ def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
     for name, figure in figures:
         titles = ((ax.get_title(loc="left").strip(), ax.get_ylabel()) for ax in figure.axes)
         words = "; ".join(dict.fromkeys(filter(None, itertools.chain(*titles)))) or name
-        source = f"data:image/png;base64,{b64encode(written(figure, format='png')).decode()}"
+        source = f"data:image/png;base64,{b64encode(image(figure, format='png')).decode()}"
         images.append(markup.element("img", alt=words, src=source, style=look))
-    return markup.shown(*images)
+    return markup.page(*images)
 
 
 def page(height_in: float, width_in: float = WIDTH_IN) -> Page:
@@ -147,7 +147,7 @@ def page(height_in: float, width_in: float = WIDTH_IN) -> Page:
     return Page(figsize=(width_in, height_in), dpi=DOTS_PER_INCH, layout="constrained")
 
 
-def shown(drawn: Any) -> Shown:
+def picture_of(drawn: Any) -> Shown:
     """The picture of axes, or of the first of several, with its width; None if not on a `Page`.
 
     A drawing in a user's own figure is shown with that figure.
@@ -158,10 +158,10 @@ def shown(drawn: Any) -> Shown:
     if not isinstance(figure, Page):
         return None
     width = round(PIXELS_PER_INCH * figure.get_figwidth())
-    return written(figure, format="png"), {"width": width, "alt": drawn.get_title(loc="left")}
+    return image(figure, format="png"), {"width": width, "alt": drawn.get_title(loc="left")}
 
 
-def written(figure: Figure, **options: Any) -> bytes:
+def image(figure: Figure, **options: Any) -> bytes:
     """A figure as the content of a file, with options as `Figure.savefig` takes them."""
     content = io.BytesIO()
     figure.set_layout_engine("none")  # the picture is laid out already
@@ -170,7 +170,7 @@ def written(figure: Figure, **options: Any) -> bytes:
     return content.getvalue()
 
 
-def printed(name: str) -> str:
+def drawable(name: str) -> str:
     """A name as a picture shows it: not too long, no mathematics, only letters of the font."""
     short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
     known = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
@@ -288,7 +288,7 @@ def phase_bands(replayed: Replay) -> list[Band]:
     return [
         Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind))
         for phase in replayed.phases
-        for names in [(f"rest, {printed(phase.end.name)}",) if phase.kind == "rest" else ()]
+        for names in [(f"rest, {drawable(phase.end.name)}",) if phase.kind == "rest" else ()]
     ]
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
-from optuav.errors import folded, line_width, printed
 from optuav.presentation.blocks import Block
-from optuav.presentation.text import as_lines
+from optuav.presentation.text import as_text
 
 
 class Presented(ABC):
@@ -15,9 +14,10 @@ class Presented(ABC):
 
     @abstractmethod
     def blocks(self) -> Iterator[Block]:
-        """Yield what is shown: headings, facts, tables and notes."""
+        """Yield what is shown: headings, facts, tables, notes and pictures."""
 
-    __str__ = printed(lambda self: folded("\n".join(as_lines(self.blocks())), line_width()))
+    def __str__(self) -> str:
+        return as_text(self.blocks())
 
     def _repr_html_(self) -> str:
         from optuav.presentation.html import as_html

@@ -20,7 +20,14 @@ from optuav.mission.messages import nearest, of_kind, path_of
 from optuav.network.variants import Columns
 from optuav.physics.cells import TYPED
 from optuav.physics.quantity import Quantity
-from optuav.studies.samples import Draws, Spread, independent, spreads, with_conversion, written
+from optuav.studies.samples import (
+    Draws,
+    Spread,
+    form_shown,
+    independent,
+    spreads,
+    with_conversion,
+)
 
 FACTORS = ("drain", "charge")
 FORMS = "must be { percent = p }, 0 < p < 100, or { low = a, high = b }, 0 < a < b"
@@ -108,9 +115,9 @@ def box_of(mission: Mission, ranges: Mapping[str, object]) -> Box:
             if ends := _factor(form := table.pop(name)):
                 factors[name] = ends
             else:
-                faults.append(Fault(name, written(form), FORMS))
+                faults.append(Fault(name, form_shown(form), FORMS))
     for name in [name for name in table if nearest(name, FACTORS)]:
-        faults.append(Fault(name, written(table.pop(name)), f"a factor{nearest(name, FACTORS)}"))
+        faults.append(Fault(name, form_shown(table.pop(name)), f"a factor{nearest(name, FACTORS)}"))
     with collected(faults):
         keys = spreads(mission, table) if table else ()
     refuse(faults)

@@ -25,12 +25,12 @@ def in_calm_air(mission: Mission, ask: Callable[[Mission], Answer]) -> Answer | 
 
 
 def with_words(
-    answer: Answer | str | None, words: str
+    answer: Answer | str | None, words: Callable[[Answer], str]
 ) -> tuple[Answer, str] | tuple[None, str | None]:
     """A figure in calm air and the same in words, which may say why there is none."""
     if answer is None or isinstance(answer, str):
         return None, answer
-    return answer, words.format(answer)
+    return answer, words(answer)
 
 
 def calm_facts(in_calm_air: str | None) -> Iterator[tuple[str, str]]:

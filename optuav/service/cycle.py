@@ -14,11 +14,12 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.fields import Range
 from optuav.mission import Mission, load
-from optuav.mission.messages import counted, misfits, shown, unlisted
+from optuav.mission.messages import misfits, plural, shown, unlisted
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.options import Perspective
+from optuav.presentation.numbers import percent
 from optuav.service.checks import flyable_network, in_calm_air, schedule_faults, with_words
 from optuav.service.declared import CycleComparison, compared, program_of
 from optuav.service.endless import NEVER_LANDS, EndlessCycle, cycle_figures
@@ -248,7 +249,7 @@ class Coverage(EndlessCycle):
         if not isinstance(self.calm, Coverage):
             return None, self.calm
         try:
-            return with_words(ask(self.calm), words)
+            return with_words(ask(self.calm), words.format)
         except (InputError, NoPlanError) as error:
             return None, str(error)
 
@@ -319,9 +320,8 @@ def coverage(
             pad_power_W=pad_power_W,
         ),
     )
-    calm_share, words = with_words(
-        calm.share if isinstance(calm, Coverage) else calm, "{:.6%} of the time"
-    )
+    in_calm = calm.share if isinstance(calm, Coverage) else calm
+    calm_share, words = with_words(in_calm, lambda share: f"{percent(share)} of the time")
     asked: dict[str, Any] = {
         "mission": loaded,
         "charged_by": charged_by,
@@ -383,7 +383,7 @@ def _visits(
     reach = legs.flyable[number + 1] & legs.flyable[number + 2]
     if not reach.any():
         words = "needs one from which the hover point can be reached and back; the mission has"
-        raise InputError([Fault("buildings", "", f"{words} {counted(len(reach), 'building')}")])
+        raise InputError([Fault("buildings", "", f"{words} {plural(len(reach), 'building')}")])
     charges = reach & ((rest_A > 0.0) | (swap_s is not None))
     if not charges.any():
         raise InputError([_uncharged(mission, float(rest_A[reach].max()), pad_power_W)])

@@ -10,10 +10,11 @@ from formulations.cycle import Cycle
 from optuav.errors import printable
 from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Heading, Table
+from optuav.presentation.numbers import fixed
 from optuav.service.endless import EndlessCycle, need_laser
 from optuav.solving import formulate, solve
 from optuav.solving.program import Program
-from optuav.studies.results import Pictures, Result, fixed
+from optuav.studies.results import Pictures, Result
 
 UNITS = {"method": "", "hover_s": "s", "rest_s": "s", "share": "-", "gap_s": "s", "status": ""}
 METHODS = {"available": "bisection", "battery": "closed form"}

@@ -23,6 +23,7 @@ from optuav.physics.flight import Flow
 from optuav.physics.kibam import tilted_after
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import percent
 from optuav.service.checks import calm_facts
 from optuav.service.levels import draw_wells
 from optuav.service.visit import Visit
@@ -162,15 +163,15 @@ class EndlessCycle(Result):
             return
         times_s = {"hover": self.hover_s, "flight": self.flight_s, "rest": self.rest_s}
         times = ", ".join(f"{name} {time_s:.2f} s" for name, time_s in times_s.items())
-        charge = f"{self.soc_at_departure:.2%} at departure, {self.soc_at_landing:.2%} at landing"
+        departing, landing = map(percent, (self.soc_at_departure, self.soc_at_landing))
         facts = [
-            ("Share", f"{self.share:.6%} of the time, at most {self.bound:.6%}"),
+            ("Share", f"{percent(self.share)} of the time, at most {percent(self.bound)}"),
             ("Building", printable(self.building)),
             ("Cycle", f"{times}: {self.period_s:.2f} s"),
-            ("Charge", charge),
+            ("Charge", f"{departing} at departure, {landing} at landing"),
         ]
         if self.limit_share < 1.0:
-            facts.append(("Free legs", f"would give {self.limit_share:.2%}"))
+            facts.append(("Free legs", f"would give {percent(self.limit_share)}"))
         yield Facts([*facts, *calm, ("Proof", f"{self.status}: {self.proof}")])
         rows = (
             (row["kind"], row["duration_s"], row["available_As"], row["bound_As"])
@@ -184,7 +185,7 @@ class EndlessCycle(Result):
         if self.visit is None:
             return
         once = replay(self.plan)
-        title = f"Two periods of the endless cycle, {self.share:.2%} covered"
+        title = f"Two periods of the endless cycle, {percent(self.share)} covered"
         yield "cycle.png", draw_wells(self, title, [(once, 0.0), (once, self.period_s)])
 
 

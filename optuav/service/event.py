@@ -16,7 +16,7 @@ from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
 from optuav.judge.fleets import FleetReplay, replay_fleet
-from optuav.mission.messages import counted, misfits, shown
+from optuav.mission.messages import misfits, plural, shown
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading
@@ -125,7 +125,7 @@ class Event(Result):
             Turn(row["start_s"], flight_s, row["hover_s"], row["rest_s"], 0.0) for row in self.rows
         ]
         end_s = turns[-1].offset_s + turns[-1].round_s
-        words = f"{self.hours:g} h without a gap, {counted(self.drones, 'drone')}"
+        words = f"{self.hours:g} h without a gap, {plural(self.drones, 'drone')}"
         title = f"{words}: {printable(self.mission.name)}"
         courses = [turns[number :: self.drones] for number in range(self.drones)]
         yield "event.png", courses_drawn(courses, end_s, title)
@@ -150,7 +150,7 @@ def event_of(
     until_s, least, able = 3600.0 * hours, 0, list[Visit]()
     tried, tell = itertools.count(), progress or (lambda *_: None)
     for count in range(1, MOST + 1):
-        number = counted(count, "drone")
+        number = plural(count, "drone")
         tell(next(tried), None, number)
         able = [
             visit
@@ -161,7 +161,7 @@ def event_of(
         if not able or count < (drones or least):
             continue
         if drones is not None and drones < least:
-            number = counted(drones, "drone")
+            number = plural(drones, "drone")
             raise NoPlanError(f"{number} cannot cover {hours:g} h: {AT_LEAST} {least}")
         for roster in (roster for visit in able for roster in _rosters(visit, count, until_s)):
             tell(next(tried), None, f"{number} on {printable(roster.visit.building)}")
@@ -175,7 +175,7 @@ def event_of(
             raise NoPlanError(words)
     if not least:
         raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
-    words = f"charge allows {counted(least, 'drone')} for {hours:g} h, but every roster that optuav"
+    words = f"charge allows {plural(least, 'drone')} for {hours:g} h, but every roster that optuav"
     raise NoPlanError(f"{words} tried, of up to {MOST} drones, empties an available well")
 
 

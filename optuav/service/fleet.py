@@ -12,11 +12,12 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable,
 from optuav.fields import Range
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission import Mission
-from optuav.mission.messages import counted, misfits, shown
+from optuav.mission.messages import misfits, plural, shown
 from optuav.network.timeline import Phase, simulated
 from optuav.physics.roots import largest
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import percent
 from optuav.service.checks import calm_facts
 from optuav.service.endless import EndlessCycle
 from optuav.service.visit import Visit
@@ -145,7 +146,7 @@ class Fleet(Result):
             for row in self.rows
         ]
         words = covering(self.asked_share, self.overlap_s)
-        title = f"{counted(self.drones, 'drone')} {words}: {printable(self.mission.name)}"
+        title = f"{plural(self.drones, 'drone')} {words}: {printable(self.mission.name)}"
         yield "fleet.png", fleet_turns(turns, title=title)
 
 
@@ -241,7 +242,7 @@ def covering(share: float, overlap_s: float) -> str:
     """Words for what a fleet covers: a part of the time, or several devices."""
     overlap = f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
     if share <= 1.0:
-        return f"for {100.0 * share:.6g} % of the time{overlap}"
+        return f"for {percent(share)} of the time{overlap}"
     noun = "devices" if share % 1.0 == 0.0 else "drones that hover on average"
     return f"for {share:.6g} {noun}{overlap}"
 
@@ -322,7 +323,7 @@ def pad_power(
     while all(too_weak(visit, rest_A) for visit in visits):
         rest_A *= 2.0
         if rest_A > MOST_A:
-            words = f"no pad is strong enough for {counted(drones, 'drone')}"
+            words = f"no pad is strong enough for {plural(drones, 'drone')}"
             raise NoPlanError(f"{words}: even without rests too little is covered")
     for visit in visits:
         below_A = rest_A * (1.0 - ROUNDING * (best is not None))  # Of equal buildings the first

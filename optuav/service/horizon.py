@@ -16,6 +16,7 @@ from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import percent
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.terrain import Terrain
 from optuav.service.checks import calm_facts
@@ -75,7 +76,7 @@ class Horizon(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the hover in all, and the stops."""
         yield Heading(f"One drone for {self.hours:g} h: {printable(self.mission.name)}")
-        share = f"{self.share:.2%} of the time"
+        share = f"{percent(self.share)} of the time"
         hover = f"{self.hover_s:.2f} s of at most {self.bound_s:.2f} s, {share}"
         yield Facts([("Hover", hover), *calm_facts(self.in_calm_air)])
         rows = [[row["place"], row["kind"], f"{row['duration_s']:.2f}"] for row in self.rows]

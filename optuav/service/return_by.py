@@ -19,6 +19,7 @@ from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step, tilted_after
 from optuav.physics.roots import largest
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
+from optuav.presentation.numbers import fixed
 from optuav.service.checks import (
     calm_facts,
     flyable_network,
@@ -26,7 +27,7 @@ from optuav.service.checks import (
     schedule_faults,
     with_words,
 )
-from optuav.studies.results import Pictures, Result, fixed
+from optuav.studies.results import Pictures, Result
 
 UNITS = {
     **{"place": "", "flight_s": "s", "dry_s": "s", "soc_s": "s", "earliest_s": "s"},
@@ -240,7 +241,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
     calm = in_calm_air(loaded, lambda mission: return_by(mission).latest_s or TOO_LATE)
-    calm_latest_s, words = with_words(calm, "{:.3f} s at most")
+    calm_latest_s, words = with_words(calm, "{:.3f} s at most".format)
     return ReturnTimes(
         mission=loaded,
         rows=tuple(rows),

@@ -22,6 +22,7 @@ from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import percent
 from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
 from optuav.service.checks import calm_facts, flyable_network, in_calm_air, with_words
 from optuav.service.robust_search import KEPT, RobustTimes, Search
@@ -114,8 +115,12 @@ class RobustPlan(Result):
         """Yield the plan, where it holds, and the gain of every number."""
         yield Heading(f"Robust plan: {printable(self.mission.name)}")
         nominal = f"{self.nominal_hover_s:.3f} s with certain numbers"
-        part = "" if self.chance is None else f" of a box with {self.reach_share:.1%} of the reach"
-        held = f"{self.flyable:.2%} of {self.samples} samples of the box"
+        part = (
+            ""
+            if self.chance is None
+            else f" of a box with {percent(self.reach_share)} of the reach"
+        )
+        held = f"{percent(self.flyable)} of {self.samples} samples of the box"
         facts = [
             ("Route", " → ".join(map(printable, self.route))),
             ("Hover", f"{self.hover_s:.3f} s, rest {self.rest_s:.3f} s"),
@@ -133,7 +138,7 @@ class RobustPlan(Result):
             keys = " and ".join(_blowing(self.mission))
             facts.append(("", f"for a plan that holds in both, state a range of {keys} with 0"))
         sure = f"with a confidence of {self.confidence}"
-        yield Facts([*facts, ("Risk", f"at most {self.risk_bound:.2%} of the box, {sure}")])
+        yield Facts([*facts, ("Risk", f"at most {percent(self.risk_bound)} of the box, {sure}")])
         rows = [
             [row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"]
             for row in self.rows
@@ -257,7 +262,7 @@ def robust(
         options |= {"confidence": confidence, "samples": samples, "seed": seed}
         calm = in_calm_air(loaded, lambda calm: robust(calm, uncertainty, problem, **options))
         hover_s = calm.hover_s if isinstance(calm, RobustPlan) else calm
-        calm_hover_s, in_words = with_words(hover_s, "{:.2f} s of hover")
+        calm_hover_s, in_words = with_words(hover_s, "{:.2f} s of hover".format)
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=not box.outside)

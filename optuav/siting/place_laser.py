@@ -17,11 +17,12 @@ from optuav.errors import Fault, printable, refuse
 from optuav.fields import Range
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import counted, listed, misfits, shown, unlisted
+from optuav.mission.messages import first_ten, misfits, plural, shown, unlisted
 from optuav.network.places import charging_cap
 from optuav.network.scene import scene
 from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.numbers import percent
 from optuav.presentation.presented import Presented
 from optuav.siting.places import HoverTimes, Progress, refined
 from optuav.siting.selection import (
@@ -144,16 +145,16 @@ class Siting(Presented):
         return str(self)
 
     def __repr__(self) -> str:
-        return f"<Siting: {self._lines()[0][1]}>"
+        return f"<Siting: {self._facts()[0][1]}>"
 
     def blocks(self) -> Iterator[Block]:
         """Yield sites, value, bound and gap, greedy choice and refinement."""
-        yield Facts(self._lines(), label_width=11)
+        yield Facts(self._facts())
 
-    def _lines(self) -> list[tuple[str, str]]:
+    def _facts(self) -> list[tuple[str, str]]:
         best, count, lasers = self.selection, len(self.missions), self.laser
-        placed = f"{len(best.sites)} of {counted(len(self.candidates_m), 'candidate')} for "
-        lines = [("Placed", f"{placed}{counted(count, 'mission')}, {self.perspective}")]
+        placed = f"{len(best.sites)} of {plural(len(self.candidates_m), 'candidate')} for "
+        lines = [("Placed", f"{placed}{plural(count, 'mission')}, {self.perspective}")]
         for laser, (site, at_m) in enumerate(zip(best.sites, self.position_m, strict=True)):
             served = int((lasers == laser).sum()) or "nobody: the lasers that moved serve all"
             where = f"{_point(self.candidates_m[site])}, serves {served}"
@@ -163,9 +164,11 @@ class Siting(Presented):
         unit, digits, enough = " s", 2, ""
         if best.objective == "covered":
             unit, digits, enough = "", 0, f" of {count} hover {self.at_least_s:g} s or longer"
-        proof = f"gap {self.gap:.2%}" if self.gap else "no selection is better"
+        proof = f"gap {percent(self.gap)}" if self.gap else "no selection is better"
         alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
-        each = f"site{'s' * (len(best.greedy_sites) > 1)} {listed([*map(str, best.greedy_sites)])}"
+        each = (
+            f"site{'s' * (len(best.greedy_sites) > 1)} {first_ten([*map(str, best.greedy_sites)])}"
+        )
         greedy = f"{best.greedy_value:.{digits}f}{unit} on {each}"
         lines += [
             (HEADS[best.objective], f"{best.value:.{digits}f}{unit}{enough}"),
@@ -192,7 +195,7 @@ class Siting(Presented):
         served = np.flatnonzero(self.laser >= 0).tolist()
         one, name = self.missions[number], {"name": self.missions[number].name}
         alike = [str(n) for n in served if self.missions[n].model_copy(update=name) == one]
-        which = f"mission{'s' * (len(alike) > 1)} {listed(alike)}, " * (len(self.missions) > 1)
+        which = f"mission{'s' * (len(alike) > 1)} {first_ten(alike)}, " * (len(self.missions) > 1)
         return f"; {which}{cap.words}" if cap else ""
 
 

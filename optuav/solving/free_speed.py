@@ -163,7 +163,7 @@ class FreeSpeedProgram(Program):
         """The program at the speeds of a plan, over its route."""
         return declared_program(self.stated, self.route_of(plan).at(_speeds_m_s(plan)))
 
-    def price_in_words(self, plan: Plan) -> str:
+    def price_words(self, plan: Plan) -> str:
         """Return the price of a second of flight at a plan's speeds, in words."""
         route, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
         moves = speeds_m_s > 0.0

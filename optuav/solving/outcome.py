@@ -24,7 +24,6 @@ from optuav.judge.replay import BELOW_RESERVE, MISMATCH, replay
 from optuav.laser.beam import SpreadingBeam
 from optuav.mission import Mission
 from optuav.mission.keys import as_stated, numeric_keys
-from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
@@ -42,6 +41,7 @@ from optuav.network.variants import stacked
 from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan
 from optuav.plan.data import CANNOT
+from optuav.presentation.numbers import all_digits
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.balance import TIMES, by_balance
 from optuav.solving.parts import Part, allowed
@@ -337,7 +337,7 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     linear = (part for part in parts if traits(part.model).linear)
     without = (answer(part.model, len(part.routes), continuous).statuses for part in linear)
     if question.slot_s is not None and any(s.has_answer for found in without for s in found):
-        slots = f"no whole slots of {written_out(question.slot_s)} s satisfy all constraints"
+        slots = f"no whole slots of {all_digits(question.slot_s)} s satisfy all constraints"
         reasons = [f"{slots} together; without slots there are times that do"]
         for constraint in model.constraints:
             right = constraint.relation.right

@@ -16,8 +16,8 @@ from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import AUTO, Engine, engine_names, of_the_package, takers
 from optuav.engines.solution import Solution, returned
-from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable, printed
-from optuav.mission.messages import nearest, shown, written_out
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, for_console, printable
+from optuav.mission.messages import nearest, shown
 from optuav.mission.messages import number as number_of_key
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.check import refuse_misfits
@@ -28,6 +28,7 @@ from optuav.network.network import Network
 from optuav.network.variants import stacked
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
+from optuav.presentation.numbers import all_digits
 from optuav.solving import outcome
 from optuav.solving.balance import TIMES
 from optuav.solving.files import writer
@@ -138,7 +139,7 @@ class Program:
             none.reasons = self.reasons
             object.__setattr__(self, "parts", none)
 
-    @printed
+    @for_console
     def __str__(self) -> str:
         if not self.parts:
             return "nothing can be flown: " + "; ".join(self.reasons)
@@ -159,18 +160,18 @@ class Program:
     def _repr_html_(self) -> str:
         from xml.etree.ElementTree import Element
 
-        from optuav.markup import folded, paragraph, shown
         from optuav.modelling.mathml import html
+        from optuav.presentation.markup import fold, page, paragraph
 
         if not self.parts:
-            return shown(paragraph(str(self), good=False))
+            return page(paragraph(str(self), good=False))
         pages = list[Element]()
         for part, heads in zip(self.parts, self._heads(), strict=True):
             content = html(part.model)
             if heads:
-                content = [folded("; ".join(heads), *content, is_open=not pages)]
+                content = [fold("; ".join(heads), *content, is_open=not pages)]
             pages += content
-        return shown(*pages)
+        return page(*pages)
 
     def to_latex(self, *, width: int = LINE, numbers: bool = True, labels: bool = True) -> str:
         """The declared models as LaTeX ``align*`` environments (package amsmath).
@@ -204,12 +205,12 @@ class Program:
         for place, part in enumerate(self.parts, start=1):
             heads, slot_s = list[str](), self.question.slot_s
             if len(self.parts) > 1:
-                heads.append(f"{place} of {len(self.parts)}: {self._routes_in_words(part)}")
+                heads.append(f"{place} of {len(self.parts)}: {self._routes_words(part)}")
             if slot_s is not None:
-                heads.append(_slots_in_words(part.model, slot_s))
+                heads.append(_slots_words(part.model, slot_s))
             yield heads
 
-    def _routes_in_words(self, part: Part) -> str:
+    def _routes_words(self, part: Part) -> str:
         """Name the routes of a model in words."""
         orders = {self.network.routes.order(route) for route in part.routes}
         order = orders.pop() if len(orders) == 1 else "with a rest"
@@ -330,7 +331,7 @@ class Program:
             if count == 1:
                 rows += check(model, {**model.row(0), **values})
                 continue
-            points = self._routes_in_words(part)
+            points = self._routes_words(part)
             ways = (self.network.route_names(int(route))[1:-1] for route in part.routes)
             # The hover point says something where one of them rests first and another does not.
             mixed = len(set(self.network.routes.rest_first[part.routes])) > 1
@@ -487,12 +488,12 @@ class Program:
         return CompiledProgram(self, replace(self.question, engine=engine or self.question.engine))
 
 
-def _slots_in_words(model: Model, slot_s: float) -> str:
+def _slots_words(model: Model, slot_s: float) -> str:
     """Say what slots require of the unknowns, which the model does not state."""
-    words, cut = [f"in whole slots of {written_out(slot_s)} s"], cut_short(model)
+    words, cut = [f"in whole slots of {all_digits(slot_s)} s"], cut_short(model)
     for time in (variable for variable in model.variables if not variable.binary):
         if time.first_slot > 0:
-            words.append(f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s")
+            words.append(f"{time.symbol} ≥ {all_digits(time.first_slot * slot_s)} s")
         if time.name in cut:
             words.append(f"the last of {time.symbol} cut short by its bound")
     return ", ".join(words)

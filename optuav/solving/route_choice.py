@@ -18,15 +18,17 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
-from optuav.errors import NoPlanError, SolverError, printable, printed, refuse
+from optuav.errors import NoPlanError, SolverError, printable, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import unlisted
 from optuav.modelling import Model
 from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph
-from optuav.network.one_stop import one_stop_in_words
+from optuav.network.one_stop import one_stop_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
+from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
 from optuav.solving.files import writer
 from optuav.solving.outcome import plan_of, plan_without, shortfalls
@@ -41,7 +43,7 @@ AGREES_S = 1e-5
 
 
 @dataclass(frozen=True)
-class RouteChoice:
+class RouteChoice(Presented):
     """The answer of `route_choice`.
 
     Parameters
@@ -84,19 +86,19 @@ class RouteChoice:
         remarks = [printable(f"mission {self.plan.mission.name}, form {self.form}")]
         return write(self.model, self.model.row(0), remarks)
 
-    @printed
-    def __str__(self) -> str:
+    def blocks(self) -> Iterator[Block]:
+        """Yield route, hover, relaxation and proof."""
         if not self.plan:
-            return self.plan.summary()
+            yield from self.plan.blocks()
+            return
         gap_s = round(self.gap_s or 0.0, 3) + 0.0  # no −0 for what rounding leaves
-        lines = [
-            f"Route     {' → '.join(self.plan.route)}",
-            f"Hover     {self.plan.hover_time_s:.3f} s",
-            f"Relaxed   {self.relaxation_s:.3f} s ({self.form}), gap {gap_s:.3f} s",
-            f"Proof     {self.plan.proof}",
-            *(f"Note      {note}" for note in self.notes),
+        facts = [
+            ("Route", " → ".join(self.plan.route)),
+            ("Hover", f"{self.plan.hover_time_s:.3f} s"),
+            ("Relaxed", f"{self.relaxation_s:.3f} s ({self.form}), gap {gap_s:.3f} s"),
+            ("Proof", self.plan.proof),
         ]
-        return "\n".join(lines)
+        yield Facts([*facts, *(("Note", note) for note in self.notes)])
 
 
 def route_choice(
@@ -166,7 +168,7 @@ def route_choice(
         time_limit_s=time_limit_s,
     )
     question, network = program.question, program.network
-    enough = one_stop_in_words(network, graph)
+    enough = one_stop_words(network, graph)
     if not program.parts:
         return RouteChoice(program.solve(), form, (enough,))
     routes, parts = _routes(program)

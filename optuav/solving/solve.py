@@ -161,10 +161,10 @@ def calm_notes(known: Mission, question: Question, graph: Graph | None) -> tuple
     if calm is None:
         return ()
     note = "this holds while the wind blows"
-    return (note if graph is not None else f"{note}; {_in_words(calm, question)}",)
+    return (note if graph is not None else f"{note}; {_calm_words(calm, question)}",)
 
 
-def _in_words(calm: Mission, question: Question) -> str:
+def _calm_words(calm: Mission, question: Question) -> str:
     """The best plan in calm air in words."""
     try:
         plan = _plan(calm, question, None, None)

@@ -18,11 +18,12 @@ from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in
 from optuav.presentation.blocks import Block, Heading, Note, Table
+from optuav.presentation.numbers import fixed
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import MethodComparison, Progress, compare_methods
 from optuav.studies.processes import WORKERS
-from optuav.studies.results import Comparison, Pictures, Row, fixed
+from optuav.studies.results import Comparison, Pictures, Row
 
 COMPARED: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(PAPER, ("closed-form", "cvxpy", "casadi", "grid")),
@@ -129,7 +130,7 @@ class PlanComparison(Comparison):
     def pictures(self) -> Pictures:
         """Yield the wells of the packs by schedule, or the hover times by all else."""
         from optuav import plots
-        from optuav.plots.style import printed
+        from optuav.plots.style import drawable
 
         if self._by_schedule:
             if any(self.plans):
@@ -137,7 +138,7 @@ class PlanComparison(Comparison):
             return
         names = ("trajectory", "perspective", "hover_time_s", "flyable")
         bars = [plots.Bar(*(row[name] for name in names)) for row in self.rows]
-        title = f"{printed(self.mission.name)}: longest hover by trajectory and perspective"
+        title = f"{drawable(self.mission.name)}: longest hover by trajectory and perspective"
         yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, folded, line_width, printed, refuse
+from optuav.errors import Fault, InputError, refuse
 from optuav.fields import COORDINATE, Range
 from optuav.frames import DataFrame, frame
 from optuav.laser.beam import BEAMS, SpreadingBeam
@@ -21,6 +21,9 @@ from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import FIRST_BUILDING, build_places
 from optuav.network.prisms import prisms
+from optuav.presentation.blocks import Block, Note, Table
+from optuav.presentation.numbers import figure
+from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +48,7 @@ class Station(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LinkBudget:
+class LinkBudget(Presented):
     """Light and power on the way from the laser to a place, as its fields.
 
     `reach_m` gives the reach of a power, `plot` a picture, `to_frame` a table.
@@ -139,17 +142,12 @@ class LinkBudget:
         bound = self.limit and self.beam.limit_warning()
         return [*filter(None, (sight, limit, bound, self.beam.eye_warning))]
 
-    @printed
-    def __str__(self) -> str:
-        rows = [f"{name:26}{value:14.6g} {unit}" for name, value, unit in self.rows()]
-        text = "\n".join([f"Link budget at {self.place}", *rows, *self.remarks()])
-        return folded(text, line_width())
-
-    def _repr_html_(self) -> str:
-        from optuav.markup import figure, pairs, paragraph, shown
-
-        rows = [(name, f"{figure(value)} {unit}") for name, value, unit in self.rows()]
-        return shown(pairs([("place", self.place), *rows]), *map(paragraph, self.remarks()))
+    def blocks(self) -> Iterator[Block]:
+        """Yield the figures in the order of the way, and remarks."""
+        rows = [(name, figure(value), unit) for name, value, unit in self.rows()]
+        above = f"Link budget at {self.place}"
+        yield Table(["quantity", "value", "unit"], rows, last=1, longest=26, above=above)
+        yield Note(self.remarks())
 
     def stations(self) -> list[Station]:
         """Power on its way from the source to the battery, station by station."""

@@ -19,10 +19,11 @@ from optuav.modelling.forms import excess
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Heading, Note, Table
+from optuav.presentation.numbers import NONE, fixed
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
 from optuav.studies.processes import run_tasks
-from optuav.studies.results import NONE, Comparison, Pictures, Row, fixed
+from optuav.studies.results import Comparison, Pictures, Row
 
 ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5), "casadi": 1e-4}
 """Tolerance of an engine's answer [s], up to `LONG_S` and in proportion beyond."""
@@ -157,7 +158,7 @@ class MethodComparison(Comparison):
     def pictures(self) -> Pictures:
         """Yield what slots cost, by their length."""
         from optuav import plots
-        from optuav.plots.style import printed
+        from optuav.plots.style import drawable
 
         slotted = [row for row in self.rows if row["slot_s"] and row["gap_s"] is not None]
         lost: dict[tuple[str, str], float] = {}
@@ -170,7 +171,7 @@ class MethodComparison(Comparison):
                 row["largest_gap_s"] / row["slot_s"] for row in slotted if row["largest_gap_s"]
             ]
             level = plots.Mark(100.0 * max(bounds), "bound of the theory") if bounds else None
-            title = f"{printed(self.mission.name)}: what whole slots cost at most, by their length"
+            title = f"{drawable(self.mission.name)}: what whole slots cost at most, by their length"
             y_label = "hover time Δ lost [% of a slot]"
             yield "gaps.png", plots.bars(bars, title=title, y_label=y_label, level=level)
 

@@ -103,12 +103,12 @@ class PowerCurve(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the hover, the speeds that stand out, and a table of the curve."""
         yield Heading(f"Power over air speed: {printable(self.mission.name)}")
-        hover = f"  in the mission's wind  {self.hover_power_W:9.2f} W at the rotors"
+        hover = f"{self.hover_power_W:.2f} W", "at the rotors, in the mission's wind"
         named = (
-            (words.capitalize(), f"{speed:9.2f} m/s in still air  {power:9.2f} W at the rotors")
+            (words.capitalize(), f"{power:.2f} W", f"at the rotors, {speed:.2f} m/s in still air")
             for words, (speed, power) in self.named.items()
         )
-        yield Facts([("Hover", hover), *named], label_width=15)
+        yield Facts([("Hover", *hover), *named])
         step = -(-(len(self.rows) - 1) // (PRINTED - 1)) or 1
         heads = (f"{HEADS[name]} [{unit}]" for name, unit in UNITS.items())
         rows = (map("{:.2f}".format, row.values()) for row in self.rows[::step])

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA = 2
-NONE = "none"
 
 Row: TypeAlias = Mapping[str, Any]
 """A row of a table whose columns depend on what was asked."""
@@ -141,8 +140,3 @@ def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ())
     writer.writeheader()
     writer.writerows(records)
     return text.getvalue()
-
-
-def fixed(value: float | None, digits: int = 2, *, otherwise: str = NONE, sign: str = "") -> str:
-    """Return a number with `digits` decimals, or another word for None."""
-    return otherwise if value is None else f"{value:{sign}.{digits}f}"

@@ -310,9 +310,9 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     parts_by_name = form if isinstance(form, dict) else {}
     numbers = {part: value for part, value in parts_by_name.items() if part != "along"}
     if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
-        raise InputError([Fault(name, written(form), FORMS)])
+        raise InputError([Fault(name, form_shown(form), FORMS)])
     if key.whole:
-        raise InputError([Fault(name, written(form), "a whole number cannot be spread")])
+        raise InputError([Fault(name, form_shown(form), "a whole number cannot be spread")])
     along = parts_by_name.get("along", [])
     if not isinstance(along, list) or not all(isinstance(key_along, str) for key_along in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
@@ -325,11 +325,11 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
         low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
         within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise InputError([Fault(name, written(form), f"low < high, likely between, {within}")])
+        raise InputError([Fault(name, form_shown(form), f"low < high, likely between, {within}")])
     return Spread(key, low, high, likely, deviation, tuple(_key(known, other) for other in along))
 
 
-def written(form: object) -> str:
+def form_shown(form: object) -> str:
     """A form as TOML writes it."""
     if not isinstance(form, dict) or not form:
         return shown(form)

@@ -13,14 +13,15 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
 from optuav.fields import Range
 from optuav.mission import Mission, load
-from optuav.mission.messages import counted, misfits, shown, unlisted
+from optuav.mission.messages import misfits, plural, shown, unlisted
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
+from optuav.presentation.numbers import fixed, percent
 from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.studies.batch import best_of
-from optuav.studies.results import Pictures, Result, fixed
+from optuav.studies.results import Pictures, Result
 from optuav.studies.samples import (
     SEED,
     WAVELENGTH,
@@ -331,29 +332,29 @@ def _rate(elasticity: float | None) -> str:
 def _range(now: float, low: float, high: float) -> str:
     """Return a range as percent of the value if it is even, else by its ends."""
     if now and math.isclose(now - low, high - now, rel_tol=1e-9):
-        return f"±{100.0 * abs((high - now) / now):.3g} %"
+        return f"±{percent(abs((high - now) / now))}"
     ends = (f"{end:.0f}" if 1e4 <= abs(end) < 1e6 else f"{end:.4g}" for end in (low, high))
     return " to ".join(ends)
 
 
 def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[Block]:
     how = "as stated" if found.stated else "within 10 %, as nothing was stated"
-    count = f"{counted(len(found.uncertain), 'key')} at once, {how}: {found.samples} samples"
+    count = f"{plural(len(found.uncertain), 'key')} at once, {how}: {found.samples} samples"
     yield Heading(f"{count}, seed {found.seed}")
-    quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
+    quantiles = ", ".join(f"{percent(share)} {s:.1f}" for share, s in found.quantiles_s.items())
     mean = f"mean {found.mean_s:.1f} s"
     if 0.0 < found.no_plan < 1.0:
         flown_s = found.mean_s / (1.0 - found.no_plan)
         mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
     none = {"no plan": found.no_plan} if found.no_plan else {}
     facts = [("Hover", f"{mean}; quantiles [s] {quantiles}")]
-    facts.append(("Best", _percent({**found.routes, **none})))
+    facts.append(("Best", _shares({**found.routes, **none})))
     if found.kept is not None and found.flyable is not None:
-        flies = f"can be flown in {found.flyable:.1%} of the samples"
-        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_percent(found.kept)}"
+        flies = f"can be flown in {percent(found.flyable)} of the samples"
+        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_shares(found.kept)}"
         facts.append(("Fixed plan", words))
-    yield Facts(facts, label_width=11)
+    yield Facts(facts)
 
 
-def _percent(shares: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {share:.1%}" for name, share in shares.items())
+def _shares(shares: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {percent(share)}" for name, share in shares.items())

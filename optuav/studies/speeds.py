@@ -15,10 +15,11 @@ from optuav.mission import Mission
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Heading, Table
+from optuav.presentation.numbers import fixed
 from optuav.solving import formulate, solve
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.speed_search import RULES, RouteSpeeds
-from optuav.studies.results import Comparison, Pictures, fixed
+from optuav.studies.results import Comparison, Pictures
 
 UNITS = {"method": "", "hover_time_s": "s", "brings_s": "s", "speeds_m_s": "m/s", "status": ""}
 GRID = 20_000  # Most points of the grid of speeds

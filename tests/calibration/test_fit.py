@@ -33,13 +33,13 @@ from optuav.mission import load
 def test_value_and_ends_have_digits_enough(
     value: float, low: float, high: float, words: list[str]
 ) -> None:
-    assert Value("a.b", value, "", ConfidenceInterval(low, high)).written(" – ") == words
+    assert Value("a.b", value, "", ConfidenceInterval(low, high)).figures(" – ") == words
 
 
 @given(st.floats(1e-9, 1e8), st.floats(1e-6, 0.9), st.floats(1e-6, 9.0))
 def test_the_ends_always_differ_from_the_value(value: float, below: float, above: float) -> None:
     interval = ConfidenceInterval(value * (1.0 - below), value * (1.0 + above))
-    text, span = Value("a.b", value, "", interval).written(" ")
+    text, span = Value("a.b", value, "", interval).figures(" ")
     low, high = span.split()
     assert float(low) < float(text) < float(high)
     assert ("e" in text) <= (not 1e-4 <= value < 1e6 * (1.0 - 1e-6))

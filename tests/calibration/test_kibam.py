@@ -129,7 +129,7 @@ def test_records_of_current_say_the_same(tmp_path: Path) -> None:
     for key, value in by_key(found).items():
         assert value.value == pytest.approx(truth()[key], rel=1e-5), key
         assert value.interval is not None
-    assert "scatter by 2%" in found.warnings[-1]
+    assert "scatter by 2 %" in found.warnings[-1]
     assert found.panels[0].names == ["CL500", "ILs250", "ILl500"]
 
 
@@ -209,8 +209,8 @@ def test_lifetimes_of_no_battery_state_nothing(
     assert not any(each.determined or each.interval for each in found.values)
     missing, assumed = found.warnings[-2:]
     assert missing.startswith("no kinetic battery lasts like that, so no value is stated")
-    assert "by more than 20%" in missing
-    assert "scatter by 2%" in assumed
+    assert "by more than 20 %" in missing
+    assert "scatter by 2 %" in assumed
     assert not any("cannot tell" in words for words in found.warnings)
 
 

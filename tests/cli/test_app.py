@@ -14,7 +14,7 @@ import pytest
 
 import optuav
 from optuav.cli.app import COMMANDS as ALL
-from optuav.errors import line_width
+from optuav.presentation.text import line_width
 from optuav.studies.compare import COMPARED
 from tests.cli.run import Pipe, refused, run, widest, words
 from tests.diagnosis.missions import only

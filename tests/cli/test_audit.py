@@ -26,7 +26,7 @@ def test_yes(itinerary: Path) -> None:
     found = run("audit", str(itinerary))
     assert found.code == 0
     assert found.out.startswith("FLYABLE")
-    assert "Tolerance  1e-06 of the capacity" in found.out
+    assert "Tolerance    1e-06 of the capacity" in found.out
 
 
 def test_no_with_time_value_and_limit(itinerary: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -54,7 +54,7 @@ def test_values_mission_and_picture(fitted: Fitted) -> None:
     assert used.code == 0, used.err  # The command that is printed can be used.
     if kind == "table":
         asked = ("--problem", "P3", "--slot-s", "1", "--perspective", "battery")
-        assert "Hover            950.00 s" in run("solve", "paper", *asked, *command).out
+        assert "Hover         950.00 s" in run("solve", "paper", *asked, *command).out
 
 
 def test_extends_another_mission(tmp_path: Path) -> None:

@@ -108,7 +108,7 @@ def test_without_xarray_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch) ->
 def test_no_plan_anywhere_is_an_honest_no() -> None:
     said = run("map", "paper", "--over", "laser", *BOUNDS, "--set", "limits.deadline_s=30")
     assert said.code == 1
-    assert "No plan    21 points: the shortest flight takes longer" in said.out
+    assert "No plan      21 points: the shortest flight takes longer" in said.out
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from tests.cli.run import refused, run, widest, words
 def test_a_plan() -> None:
     found = run("solve", "paper", "--perspective", "battery")
     assert found.code == 0
-    assert "Hover            719.54 s   at hover" in found.out
+    assert "Hover         719.54 s   at hover" in found.out
     assert "Warning      the available well runs dry" in found.out
     assert widest(found.out) <= 80
 

@@ -53,7 +53,7 @@ def test_it_says_what_is_done_and_what_was_there(study: Path) -> None:
         f"Scenarios 6 Parts 2 Directory {directory} {battery} {available}"
     )
     (directory / "part-000001.parquet").unlink()
-    assert "Parts      2, 1 of them from before" in run("sweep", str(study)).out
+    assert "Parts        2, 1 of them from before" in run("sweep", str(study)).out
     again = json.loads(run("sweep", str(study), "--json").out)
     assert again.pop("elapsed_s") >= 0.0
     for name, ends in again.pop("hover_time_s").items():

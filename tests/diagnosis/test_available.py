@@ -11,9 +11,10 @@ import pytest
 import optuav
 from optuav.diagnosis import explain
 from optuav.diagnosis.infeasibility import Conflict, conflicts
-from optuav.diagnosis.report import conflict_text
+from optuav.diagnosis.report import conflict_blocks
 from optuav.errors import InputError
 from optuav.mission import Mission
+from optuav.presentation.text import as_text
 from tests.asking import formulate, solve, stated
 from tests.diagnosis.missions import PAPER, SMALL, only, repairs
 
@@ -24,8 +25,7 @@ def diagnosed(mission: Mission, **options: Any) -> tuple[Conflict, ...]:
 
 def flowing(conflict: Conflict) -> str:
     """A conflict as one line of words."""
-    blocks = conflict_text(conflict, None)
-    return " ".join(" ".join(line.split()) for block in blocks for line in block)
+    return " ".join(as_text(conflict_blocks(conflict, None)).split())
 
 
 def test_linear_constraints_that_conflict_have_their_certificate() -> None:

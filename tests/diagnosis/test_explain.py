@@ -96,29 +96,30 @@ Note         battery.charge_current_A = 10 A caps the charging current wherever
 
 SHORT_TEXT = """\
 Conflict     on origin → hover → destination: range of the hover time cannot
-             hold (limits.deadline_s)
-  proof      1 ×  range of the hover time  −Δ ≤ 0
+             hold (limits.deadline_s); the proof:
+             1 ×  range of the hover time  −Δ ≤ 0
              1 ×  range of the hover time  Δ ≤ −15.7922
              sum                           0 ≤ −15.7922, which is false
 
 Conflict     on 20 routes, such as origin → b1 → hover → destination: range of
              the hover time, hover time ≥ 0, rest time ≥ 0 cannot hold together
-             (limits.deadline_s)
-  proof      1 ×  range of the hover time  Δ + T' ≤ −28.3163
+             (limits.deadline_s); the proof:
+             1 ×  range of the hover time  Δ + T' ≤ −28.3163
              1 ×  hover time ≥ 0           −Δ ≤ 0
              1 ×  rest time ≥ 0            −T' ≤ 0
              sum                           0 ≤ −28.3163, which is false
 
 Exact        rounded here; --json gives exact fractions
 
-Feasible if  limits.deadline_s >= 75.8                     now 60
-  or         link.transmit_power_W >= 109                  now 5
-  or         link.snr_threshold_dB <= -22                  now -11
-  or         link.noise_power_W <= 8.08e-06                now 0.0001
-  or         body.mass_kg <= 0.931                         now 1.3
-  or         1240 <= rotor.max_speed_rad_s <= 110000       now 1060
-  or         link.path_loss_exponent <= 1.66               now 2
-  or         rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
+Feasible if  one of these holds:
+             limits.deadline_s >= 75.8                     now 60
+             link.transmit_power_W >= 109                  now 5
+             link.snr_threshold_dB <= -22                  now -11
+             link.noise_power_W <= 8.08e-06                now 0.0001
+             body.mass_kg <= 0.931                         now 1.3
+             1240 <= rotor.max_speed_rad_s <= 110000       now 1060
+             link.path_loss_exponent <= 1.66               now 2
+             rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
              each is a single change; places were not moved"""
 
 
@@ -186,7 +187,7 @@ def test_what_binds_comes_first_in_words_and_the_rows_are_folded() -> None:
         said = str(stated).partition("Binding")[2].partition("Prices")[0]
         assert not re.search(r"P\d\.|y_|η|bounds of|state of charge", said)
     shown = explained._repr_html_()
-    assert "the available well binds, the deadline does not" in shown
+    assert "The available well binds, the deadline does not." in shown
     assert "<details><summary>Constraints (" in shown
     words = {each.words for each in explained.constraints if each.binds}
     assert words == {

@@ -53,7 +53,7 @@ def test_modules_of_engines_import_no_engine_and_no_formulation(module: Path) ->
     assert not found & (engines - {f"optuav.engines.{module.stem}"})
     ours = {name.split(".")[1] for name in found if name.startswith("optuav.")}
     assert ours <= {
-        *("engines", "modelling", "arrays", "errors", "frames", "markup", "silence", "status")
+        *("engines", "modelling", "arrays", "errors", "frames", "presentation", "silence", "status")
     }
     assert not any(name.partition(".")[0] == "formulations" for name in found)
 

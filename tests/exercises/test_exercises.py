@@ -517,9 +517,9 @@ def longest(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"hover_A": 1.0}, "is feasible, but your problem excludes it Hint: it violates your "),
-        ({"hover_A": -1.0}, "which is not feasible Hint: put these values into each sentence"),
-        ({"deadline": False}, "which is not feasible Hint: put these values into each sentence"),
+        ({"hover_A": 1.0}, "is feasible, but your problem excludes it Hint it violates your "),
+        ({"hover_A": -1.0}, "which is not feasible Hint put these values into each sentence"),
+        ({"deadline": False}, "which is not feasible Hint put these values into each sentence"),
         ({"minimise": True}, "the optimum is wrong; yours is (hover_time_s = 0"),
     ],
 )

@@ -14,7 +14,7 @@ ALLOWED = (
     "optuav.flight",
     "optuav.frames",
     "optuav.judge",
-    "optuav.markup",
+    "optuav.presentation",
     "optuav.mission",
     "optuav.network.obstacles",
     "optuav.network.places",

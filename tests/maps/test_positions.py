@@ -13,10 +13,11 @@ import pytest
 pytest.importorskip("xarray")
 
 import optuav
-from optuav.maps.output import summary
+from optuav.maps.output import blocks
 from optuav.maps.positions import hovers
 from optuav.mission import Mission
 from optuav.options import Perspective
+from optuav.presentation.text import as_text
 
 PAPER = optuav.load("paper")
 SMALL = PAPER.replace({"buildings": PAPER.buildings[6:8]})
@@ -185,12 +186,12 @@ def test_points_that_are_as_good_are_counted_with_the_reason() -> None:
     assert found.attrs["best_points"] == (values > values.max() - 1e-6).sum() > 10
     others = f"and at {found.attrs['best_points'] - 1} other points; "
     bounds = (0, 0, 2000, 2000)
-    words = summary(hovers("laser.position_m", "paper", 500, bounds, None, "available"))
+    words = as_text(blocks(hovers("laser.position_m", "paper", 500, bounds, None, "available")))
     assert f"{others}battery.charge_current_A = 10 A caps the charging current" in words
     haze = PAPER.replace({"laser.visibility_km": 1.0})
     alone = optuav.maps.laser(haze, 500, bounds=(0, 0, 2000, 2000))
     assert alone.attrs["best_points"] == 1
-    words = summary(hovers("laser.position_m", haze, 500, bounds, None, "available"))
+    words = as_text(blocks(hovers("laser.position_m", haze, 500, bounds, None, "available")))
     assert "other point" not in words
 
 

@@ -18,7 +18,7 @@ from optuav.network.one_stop import (
     Shortcut,
     all_legs,
     find_shortcuts,
-    one_stop_in_words,
+    one_stop_words,
 )
 
 PAPER = optuav.load("paper")
@@ -104,7 +104,7 @@ def test_a_way_from_roof_to_roof_is_a_shortcut() -> None:
     """One stop was called enough wherever no graph named such a leg."""
     legs = optuav.graph(PAPER)
     legs.remove_edges_from([("origin", "b9"), ("hover", "b9")])
-    words = one_stop_in_words(edited_network(PAPER, legs), legs)
+    words = one_stop_words(edited_network(PAPER, legs), legs)
     assert words.startswith("a route with more than one stop may be better and was not tried: or")
     assert "→ b9 can be flown, origin → b9 cannot" in words
 

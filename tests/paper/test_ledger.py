@@ -284,19 +284,18 @@ def test_commands_run() -> None:
         program, *arguments = shlex.split(command)
         assert program == "optuav"
         assert run(*arguments).code == 0
-    assert "verdict    used in the fit" in run("ledger", "fig8-crossing").out
+    assert "verdict      used in the fit" in run("ledger", "fig8-crossing").out
 
 
 def test_command_line(found: Ledger) -> None:
     """A summary by default, every entry on request."""
     summary = run("ledger").out
     assert summary.startswith("73 statements of the paper, 14 of them in words")
-    both = "ours, printed parameters: 1031760, recovered: 1031760"
-    assert f" text-e2 paper: 1032036 J; {both} " in " ".join(summary.split())
-    trend = "  fig7-energy  paper: rises; ours, printed parameters: does not always rise\n"
-    assert trend in summary
+    words = " ".join(summary.split())
+    assert " text-e2 1032036 J 1031760 1031760 " in words
+    assert " fig7-energy rises does not always rise – " in words
     assert "text-e1" not in summary
-    assert "verdict    matched" not in summary
+    assert "verdict      matched" not in summary
     details = run("ledger", "--details").out
     assert all(f"{each.statement.name}  " in details for each in found.entries)
     assert len(summary.splitlines()) < 50 < len(details.splitlines())

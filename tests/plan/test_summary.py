@@ -22,13 +22,13 @@ Answer       optimal with at most one rest and one hover in one piece (closed
              form: linear programming duality)
 Flyable      NO, as its simulation shows
 
-Hover            719.54 s   at hover, from 442.56 s
-Rest             392.14 s   at b1, from 14.46 s
-Flight            88.32 s   3 legs, up to 154.9 m/s
-Mission         1200.00 s   exactly at the deadline
+Hover         719.54 s   at hover, from 442.56 s
+Rest          392.14 s   at b1, from 14.46 s
+Flight         88.32 s   3 legs, up to 154.9 m/s
+Mission      1200.00 s   exactly at the deadline
 Route        origin → b1 → hover → destination
-Charge left  of the battery, by perspective: battery 5.00 %, energy -21.38 %,
-             adjusted 5.00 %
+Charge left  of the battery, by perspective: battery 5 %, energy −21.38 %,
+             adjusted 5 %
 Binding      P1.b state of charge; P1.d hover time
 
 what    where                start s   for s        A      W  avail. %  bound %

@@ -60,7 +60,7 @@ def test_a_promise_that_fails_otherwise_is_told_by_the_judge() -> None:
     """Where charging tapers nothing overfills: what is refused is missing at the end."""
     tapered = {"battery.charging": "taper", "limits.min_soc": 0.95}
     said = promised(RELAY.replace(tapered))
-    assert "; that plan cannot be flown: the mission ends with 6.4 % of the charge, below" in said
+    assert "; that plan cannot be flown: the mission ends with 6.37 % of the charge, below" in said
     assert "which checks only charge, and not the wells, promises" in said
 
 

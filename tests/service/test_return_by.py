@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
-from optuav.maps.output import summary
+from optuav.maps.output import blocks
 from optuav.maps.positions import DEVICE, hovers
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step
+from optuav.presentation.text import as_text
 from optuav.service.return_by import _time_for
 from tests.examples import few
 from tests.wells import SLOW
@@ -293,9 +294,9 @@ def test_explanations_and_maps_say_what_calm_air_gives() -> None:
     around: tuple[Any, ...] = 300.0, (300, 0, 600, 300), None, "available"
     found = hovers(DEVICE, windy, *around)
     there = calm.replace({DEVICE: found.facts["best_m"]})
-    words = " ".join(summary(found).split())
+    words = " ".join(as_text(blocks(found)).split())
     assert f"in calm air: {optuav.solve(there).hover_time_s:.2f} s of hover" in words
-    assert "calm" not in summary(hovers(DEVICE, calm, *around))
+    assert "calm" not in as_text(blocks(hovers(DEVICE, calm, *around)))
 
 
 def test_what_does_not_count_on_the_wind_says_nothing() -> None:

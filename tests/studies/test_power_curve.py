@@ -100,7 +100,7 @@ def test_the_command_shows_and_saves(tmp_path: Any) -> None:
     """Named speeds as text, all as a table, and a picture."""
     file = drone().save(tmp_path / "drone.toml")
     shown = run("power", str(file), "--save", str(tmp_path / "p.csv"), "--plot", str(tmp_path))
-    assert "Best endurance     10.21 m/s" in shown.out
+    assert "10.21 m/s in still air" in shown.out
     assert len((tmp_path / "p.csv").read_text().splitlines()) == 102
     assert (tmp_path / "power.png").exists()
 

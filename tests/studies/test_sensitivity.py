@@ -200,7 +200,7 @@ def test_without_a_plan_the_text_says_so() -> None:
     assert found.plan_hover_time_s is None
     assert chances_of(found).no_plan == 1.0
     assert chances_of(found).flyable is None
-    assert "no plan 100.0%" in str(found)
+    assert "no plan 100 %" in str(found)
     text = str(found)
     assert "The mission has no plan" in text
     assert "Longest hover" not in text

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element, tostring
 
 from optuav.errors import printable
 from optuav.looks import colour
+from optuav.presentation.numbers import figure
 
 Cell: TypeAlias = str | float | bool | Element | None
 
@@ -55,12 +56,6 @@ def element(tag: str, *content: str | Element, **attributes: str) -> Element:
     return made
 
 
-def figure(value: float, digits: int = 6) -> str:
-    """A number with a minus sign; infinity as its sign, and a dash for NaN."""
-    text = f"{value + 0.0:.{digits}g}".replace("-", "−").replace("inf", "∞")
-    return "–" if "nan" in text else text
-
-
 def paragraph(text: str, *, good: bool | None = None) -> Element:
     """A paragraph; a verdict if it is known to be good or bad."""
     return element("p", text) if good is None else element("p", text, class_=yes_or_no(good))
@@ -75,14 +70,13 @@ def table(
     heads: Sequence[str],
     rows: Sequence[Sequence[Cell]],
     *,
-    hidden: int = 0,
     bad: Iterable[int] = (),
 ) -> Element:
     """A table of the first rows, figures on the right; bad rows are marked.
 
-    Rows beyond `MOST_ROWS` are counted, and those that are not even given.
+    Rows beyond `MOST_ROWS` are counted.
     """
-    body, marked = [[_text(cell) for cell in row] for row in rows[:MOST_ROWS]], {*bad}
+    body, marked = [[_shown(cell) for cell in row] for row in rows[:MOST_ROWS]], {*bad}
     right = [all(_is_figure(row[k]) for row in body) for k in range(len(heads))]
     classes = ["number" if is_right else "words" for is_right in right]
     lines = []
@@ -93,7 +87,7 @@ def table(
         cells = (element("td", c, class_=kind) for c, kind in zip(row, classes, strict=True))
         lines.append(element("tr", *cells, **({"class_": "no"} if number in marked else {})))
     wide = element("div", element("table", *lines), class_="wide")
-    if hidden := hidden + len(rows) - len(body):
+    if hidden := len(rows) - len(body):
         wide.append(paragraph(f"and {hidden} more"))
     return wide
 
@@ -105,7 +99,7 @@ def pairs(rows: Iterable[tuple[str, Cell]]) -> Element:
     return made
 
 
-def folded(title: str, *content: Element, is_open: bool = False) -> Element:
+def fold(title: str, *content: Element, is_open: bool = False) -> Element:
     """Content below a title that shows and hides it."""
     made = element("details", element("summary", title), *content)
     if is_open:
@@ -113,7 +107,7 @@ def folded(title: str, *content: Element, is_open: bool = False) -> Element:
     return made
 
 
-def shown(*content: Element) -> str:
+def page(*content: Element) -> str:
     """Elements as the HTML of one object."""
     whole = element("div", element("style", STYLE), *content, class_=IGNORED)
     for node in whole.iter():
@@ -124,7 +118,7 @@ def shown(*content: Element) -> str:
     return tostring(whole, encoding="unicode", method="html")
 
 
-def _text(cell: Cell) -> str | Element:
+def _shown(cell: Cell) -> str | Element:
     """A cell as it is shown."""
     if cell is None:
         return "–"
