@@ -19,7 +19,7 @@ from benchmarks.timing import Row, interleaved_s
 from optuav.engines import closed_form
 from optuav.mission import Mission, load
 from optuav.solving import formulate, solve
-from optuav.solving.parts import Part
+from optuav.solving.parts import RouteModel
 
 Answer = tuple[float, float, float, float]
 """Δ, T' [s] and the multipliers of charge [s/(A s)] and deadline [s/s]."""
@@ -68,7 +68,7 @@ def _silence() -> Iterator[None]:
         os.close(screen)
 
 
-def _compare(parts: tuple[Part, ...], answers: list[Answer]) -> None:
+def _compare(parts: tuple[RouteModel, ...], answers: list[Answer]) -> None:
     """Same times and multipliers to `SAME`."""
     ours = []
     for part in parts:

@@ -22,7 +22,7 @@ from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import Places, _kept_sight, build_places
 from optuav.network.prisms import Prisms, prisms
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.solving.best_plans import hover_bounds_s
 from optuav.solving.program import declared_program
 from optuav.solving.question import checked_question
@@ -81,7 +81,7 @@ def best_roofs(network: Network) -> list[int]:
     Bounds on all routes tell which are worth to be solved: more, until no other may be better.
     """
     question, routes, size = checked_question(network.mission), network.routes, 2 * BEST
-    bounds_s = hover_bounds_s(stacked(network), question.perspective)[:, 0]
+    bounds_s = hover_bounds_s(as_variants(network), question.perspective)[:, 0]
     order = np.argsort(-bounds_s[1:], kind="stable") + 1
     while True:
         some = np.sort(order[:size])

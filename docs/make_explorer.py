@@ -18,7 +18,7 @@ import numpy as np
 import optuav
 from optuav.explorer.answers import answers
 from optuav.explorer.static import script, style
-from optuav.mission.keys import now_of
+from optuav.mission.keys import stated_value
 
 MISSION = "paper"
 PERSPECTIVES = ("available", "battery")
@@ -57,7 +57,7 @@ def page() -> str:
         stored[json.dumps([perspective, *values], separators=(",", ":"))] = _brief(answer)
         keys = [control for control in answer["controls"] if control["key"] in STOPS]
     for key in keys:
-        value = now_of(mission, key["key"])
+        value = stated_value(mission, key["key"])
         key |= {"value": int(value), "values": [*STOPS[key["key"]]]}
     data = f"const keys = {_json(keys)}, answers = {_json(stored)};"
     code = "\n".join([script(), data, (Path(__file__).parent / "stored.js").read_text("utf-8")])

@@ -19,7 +19,7 @@ from optuav.laser.beam import LaserTable
 from optuav.laser.fits import CONVERSIONS
 from optuav.mission import Mission
 from optuav.mission.forms import CHOICES, TABLES, KeyedForms, forms
-from optuav.mission.messages import allowed
+from optuav.mission.messages import range_in_words
 
 PAGE = Path(__file__).parent / "mission-keys.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
@@ -53,7 +53,7 @@ def rows(model: type[MissionSection], keys: Iterable[str]) -> Iterator[Row]:
         default = INSTEAD.get(key) or left_out(field)
         if model is Mission and key == "name":
             default = "the file's name"
-        yield key, " ".join(model.descriptions()[key].split()), allowed(model, key), default
+        yield key, " ".join(model.descriptions()[key].split()), range_in_words(model, key), default
 
 
 def left_out(field: FieldInfo) -> str:

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 DataFrame: TypeAlias = "pandas.DataFrame"
 
 
-ROUNDING = 1e-9  # Share of a size below which a number is only what rounding has left
+ROUNDED_NUMBER = 1e-9  # Share of a size below which a number is only what rounding has left
 
 
 def without_rounding(values: Any, size: float = 1.0) -> Any:
     """Return numbers as they are shown: 0 for what rounding has left beside numbers of a size."""
     import numpy as np  # not where a mission is only read
 
-    return np.where(np.abs(values) <= ROUNDING * size, 0.0, values)
+    return np.where(np.abs(values) <= ROUNDED_NUMBER * size, 0.0, values)
 
 
 def frame(

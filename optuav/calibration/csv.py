@@ -72,7 +72,7 @@ UNKNOWN: Mapping[str, tuple[float, ...]] = {
 """Values that autopilots log where they know none: −1 or 65535 in the unit of the column or of the
 autopilot, which has hundredths and thousandths; the latter in SI units, by kind of quantity."""
 SMALL = -0.1  # unknown values between this and 0 may also be those of a sensor that is off
-ROUNDING = 1e-9  # relative, of a change of units
+ROUNDED_UNIT = 1e-9  # relative, of a change of units
 
 
 class Format(NamedTuple):
@@ -153,7 +153,7 @@ class Measurements:
         of_unit = (self.sizes[column] * value for value in UNKNOWN_IN_UNIT)
         signs = dict.fromkeys(float(f"{x:.12g}") for x in (*UNKNOWN[self.kinds[column]], *of_unit))
         values = self.numbers[column]
-        return {sign: np.isclose(values, sign, rtol=ROUNDING, atol=0.0) for sign in signs}
+        return {sign: np.isclose(values, sign, rtol=ROUNDED_UNIT, atol=0.0) for sign in signs}
 
     def only(self, rows: Booleans) -> "Measurements":
         """The rows that are chosen."""

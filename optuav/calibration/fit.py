@@ -51,7 +51,7 @@ NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overfl
 TIE = 1e-6  # relative difference of two sums of squares that is rounding
 SAME = 1e-4  # difference of two optima, in logarithms, that is rounding
 WIDE = math.log(10.0)  # half width, of a logarithm or logit, of a value that is not determined
-ROUNDING = 1e-3  # component of a blind direction that may come from rounding
+ROUNDED_DIRECTION = 1e-3  # component of a blind direction that may come from rounding
 
 
 class ConfidenceInterval(NamedTuple):
@@ -374,7 +374,7 @@ def estimate(
     best, *_ = ties = [estimate for estimate in found if estimate.cost <= most]
     _, sizes, directions = np.linalg.svd(best.jac, full_matrices=False)
     seen = sizes > BLIND * max(sizes[0], NOTHING)
-    wide = np.any(np.abs(directions[~seen]) > ROUNDING, axis=0)
+    wide = np.any(np.abs(directions[~seen]) > ROUNDED_DIRECTION, axis=0)
     errors = np.linalg.norm(directions[seen] / sizes[seen, None], axis=0)
     freedom = len(best.fun) - int(seen.sum()) - eliminated
     left = math.sqrt(2.0 * best.cost / freedom) if freedom > 0 else None

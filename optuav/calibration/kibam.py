@@ -81,7 +81,7 @@ LOGIT = math.log(999.0)  # range of the logit of ω: 0.1 % to 99.9 %
 SLOWEST, FASTEST = 1e-4, 1e2  # k' times the longest, the shortest lifetime: all beyond is alike
 ROWS, FINER, ZOOMS = 161, 33, 8  # places of the first grid and of each finer one, and of these
 HALVINGS = 30  # to the end of an interval
-ROUNDED = 1e-24  # sum of squares that may come from rounding
+ROUNDED_SUM = 1e-24  # sum of squares that may come from rounding
 DENSE_AT_ENDS = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 65))  # places between two ends
 
 
@@ -319,7 +319,7 @@ class SumOfSquares:
         A floor that is flat has none inside: the least row and both ends count as well.
         """
         beside = np.pad(self._least, 1, constant_values=np.inf)
-        lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - fit.TIE) > self._least + ROUNDED
+        lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - fit.TIE) > self._least + ROUNDED_SUM
         lower[[0, int(np.argmin(self._least)), -1]] = True
         minima = self._rates[lower]
         ends = (np.clip(minima + by * self._step, *self._ends) for by in (-1, 1))
@@ -374,7 +374,7 @@ def _least(
     for _ in range(ZOOMS):
         places = np.linspace(low, high, FINER, axis=1)
         values = function(places)
-        least = np.argmax(values <= np.min(values, axis=1, keepdims=True) + ROUNDED, axis=1)
+        least = np.argmax(values <= np.min(values, axis=1, keepdims=True) + ROUNDED_SUM, axis=1)
         low = places[each, np.maximum(least - 1, 0)]
         high = places[each, np.minimum(least + 1, FINER - 1)]
     return places[each, least], values[each, least]
@@ -416,7 +416,7 @@ def _wells(
     sums, freedom = SumOfSquares(discharges), len(discharges) - len(KEYS)
     optima = list(sums.optima())
     least = min(float(left @ left) for *_, left in optima)
-    most = least + fit.TIE * (least + (spread or 0.0) ** 2) + ROUNDED
+    most = least + fit.TIE * (least + (spread or 0.0) ** 2) + ROUNDED_SUM
     ties = [optimum for optimum in optima if optimum[2] @ optimum[2] <= most]
     if len(ties) > 1:
         misses = [miss(values) for _, values, _ in ties]
@@ -430,7 +430,7 @@ def _wells(
     (usual,) = sums.at(np.array([-math.log(SETTLING_S)]))
     lag_is_known = bool(region.lag[1] - region.lag[0] < math.log(LAG_KNOWN))
     rate_is_unknown = region.rate[1] - region.rate[0] > math.log(RATE_UNKNOWN)
-    most = limit if never_longer and lag_is_known else PLATEAU * least + ROUNDED
+    most = limit if never_longer and lag_is_known else PLATEAU * least + ROUNDED_SUM
     is_usual = rate_is_unknown and float(usual[2] @ usual[2]) <= most
     if is_usual:
         rate, values, left = usual

@@ -30,7 +30,7 @@ Columns: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 """From the other parameters to the columns (observation, linear parameter) and the observations."""
 
 BETTER = 1e-6  # relative gain of the sum of squares that makes another optimum
-ROUNDING = 1e-9  # least standard deviation, over the root mean square of the observations
+ROUNDED_DEVIATION = 1e-9  # least standard deviation, over the root mean square of the observations
 FIRST_STEP = 0.05  # of a search for an end, in logarithms
 CLOSE, END = 1e-9, 1e-8  # relative tolerances of a sum of squares, and of an end
 WIDE = math.exp(fit.WIDE)  # factor of an end to a value that is not determined
@@ -104,7 +104,7 @@ def estimate(keys: Sequence[str], problem: Problem, best: Optimum, freedom: int)
     count, deviations = len(problem.others), quantile(fit.CONFIDENCE, freedom)
     for _ in range(MOST_OPTIMA):
         observed = problem.columns(best.values[:count])[1]
-        least = ROUNDING * float(np.linalg.norm(observed))
+        least = ROUNDED_DEVIATION * float(np.linalg.norm(observed))
         spread = math.sqrt(max(best.squares, least**2) / (len(observed) - len(keys)))
         reach, seen = deviations * spread, [best]
         ends = [

@@ -44,7 +44,7 @@ Cell = Literal[Time, Charge, "flight_voltage_V", "hover_voltage_V"]
 UNITS = {"s": "s", "percent": "%", "V": "V"}
 Positive = Annotated[float, Range("-", gt=0)]
 Duration = Annotated[float, Range("s", ge=0)]
-ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
+ROUNDED_STEP = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
 IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
 DIGITS = 6  # decimals that decide if a number repeats
 SCALES = (1.0, 0.5, 2.0)  # where the fit starts, as multiples of the stated values
@@ -171,7 +171,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     table = read_table(paths[0])
     fits = np.array([printed.fits for printed in table.numbers])
     observed = np.array([printed.observed for printed in table.numbers])
-    steps = ROUNDING * np.array([printed.resolution for printed in table.numbers])
+    steps = ROUNDED_STEP * np.array([printed.resolution for printed in table.numbers])
 
     def residuals(values: Floats) -> Floats:
         try:

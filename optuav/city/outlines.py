@@ -16,7 +16,7 @@ from optuav.mission.files import label
 POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
 MOST_CROSSINGS = 100_000  # Crossings in one file: mending takes time and memory by their number
 MOST_PAIRS = 5_000_000  # Pairs of edges, with overlapping boxes, that are compared for it
-AT_ONCE = 64  # Edges that are compared before the limits are checked
+EDGES_AT_ONCE = 64  # Edges that are compared before the limits are checked
 
 
 def mended(
@@ -49,11 +49,11 @@ def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
     edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[joined])
     of, tree = of[1:][joined], shapely.STRtree(edges)
     crossings, pairs = 2 * MOST_CROSSINGS, 2 * MOST_PAIRS  # Each is met from both sides
-    for first in range(0, len(edges), AT_ONCE):
-        some = edges[first : first + AT_ONCE]
+    for first in range(0, len(edges), EDGES_AT_ONCE):
+        some = edges[first : first + EDGES_AT_ONCE]
         pairs -= tree.query(some).shape[1]
         if pairs >= 0:  # Each meets itself and its neighbours
-            crossings += 3 * AT_ONCE - tree.query(some, predicate="intersects").shape[1]
+            crossings += 3 * EDGES_AT_ONCE - tree.query(some, predicate="intersects").shape[1]
         if min(pairs, crossings) < 0:
             return int(of[first])
     return None

@@ -39,7 +39,7 @@ from optuav.solving import Program, solve
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.outcome import more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
-from optuav.solving.parts import Part
+from optuav.solving.parts import RouteModel
 from optuav.solving.question import PROBLEM_NAMES, mission_and_question, problem_of
 from optuav.solving.solve import calm_notes
 from optuav.status import SAME_S, Status
@@ -376,7 +376,7 @@ def _objective(model: Model) -> str:
 
 
 def _sides(
-    program: Program, part: Part, entry: int, values: dict[str, float]
+    program: Program, part: RouteModel, entry: int, values: dict[str, float]
 ) -> Iterator[ConstraintAtOptimum]:
     """The constraints with unknowns or own parameters; others compare figures of the mission."""
     way = program.network.route_names(int(part.routes[entry]))

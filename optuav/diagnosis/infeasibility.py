@@ -39,10 +39,10 @@ from optuav.modelling.traversal import leaves
 from optuav.presentation.numbers import figure
 from optuav.solving import Program
 from optuav.solving.outcome import moments, subset, words
-from optuav.solving.parts import Part
+from optuav.solving.parts import RouteModel
 
 ZERO = Fraction(0)
-ROUNDING = Fraction(1, 10**11)
+LEAST_VIOLATION = Fraction(1, 10**11)
 """Violation by rounding that counts as no conflict, relative to max(1, |limit|)."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
@@ -179,7 +179,7 @@ def certificates(
     rows = inequalities(linear_part(model), parameters, slot_s)
     symbols = [variable.symbol for variable in model.variables]
     while True:
-        columns = [_column(row, symbols, ROUNDING) for row in rows]
+        columns = [_column(row, symbols, LEAST_VIOLATION) for row in rows]
         weights = combination(columns, [ZERO] * len(symbols) + [Fraction(-1)])
         if weights is None:
             return
@@ -327,7 +327,7 @@ def conflicts(program: Program) -> tuple[Conflict, ...]:
     return tuple(conflict for part in program.parts for conflict in _of_part(program, part))
 
 
-def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
+def _of_part(program: Program, part: RouteModel) -> Iterator[Conflict]:
     """Conflicts on the routes of a declaration, those with the shortest flights first."""
     network = program.network
     flight_s = network.routes.flight_time_s[part.routes]
@@ -350,7 +350,7 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
         yield from _clashes(program, part, unproved)
 
 
-def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[Conflict]:
+def _clashes(program: Program, part: RouteModel, entries: Sequence[int]) -> Iterator[Conflict]:
     """Conflicts of constraints that are not linear: of one route, and of all that share it."""
     model, left = part.model, [*entries]
     while left:
@@ -381,7 +381,7 @@ def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     return tuple(constraint for constraint in model.constraints if constraint in kept)
 
 
-def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constraint]) -> Clash:
+def _clash(program: Program, part: RouteModel, entry: int, meeting: Sequence[Constraint]) -> Clash:
     """A clash with labels and moments by the places of the route."""
     network, model, row = program.network, part.model, part.model.row(entry)
     labels = tuple(words(network, part, entry, [constraint.label for constraint in meeting]))

@@ -16,7 +16,7 @@ from optuav.mission.keys import Key, stated_keys
 from optuav.modelling import Model, Parameter
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
-from optuav.solving.longest import AT_ONCE
+from optuav.solving.longest import ITINERARIES_AT_ONCE
 from optuav.status import Status
 
 NEGLIGIBLE = 1e-7
@@ -162,7 +162,7 @@ def _effects(
     if any(solution.engine not in AGAIN for solution in solutions):
         return np.full(len(steps), np.nan)
     half = len(steps) // 2
-    if half and len(steps) * max(len(part.routes) for part in program.parts) > AT_ONCE:
+    if half and len(steps) * max(len(part.routes) for part in program.parts) > ITINERARIES_AT_ONCE:
         halves = (_effects(program, solutions, chosen, e) for e in (steps[:half], steps[half:]))
         return np.concatenate([*halves])
     best, is_open = np.full(len(steps), -np.inf), np.zeros(len(steps), bool)

@@ -27,12 +27,12 @@ from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError, excess
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import Network, build_network
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
-from optuav.solving.longest import AT_ONCE
-from optuav.solving.parts import allowed, declarations
+from optuav.solving.longest import ITINERARIES_AT_ONCE
+from optuav.solving.parts import permitted_routes, declarations
 from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question
 from optuav.status import Status
 
@@ -351,7 +351,7 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
         alike.setdefault((question, has_point), []).append(place)
     for places in alike.values():
         question, network = cases[places[0]]
-        at_once = max(1, AT_ONCE // len(network.routes))
+        at_once = max(1, ITINERARIES_AT_ONCE // len(network.routes))
         for some in (places[k : k + at_once] for k in range(0, len(places), at_once)):
             for k in np.flatnonzero(_feasible(question, *(cases[place][1] for place in some))):
                 answers[some[k]] = True
@@ -360,8 +360,8 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
 
 def _feasible(question: Question, *networks: Network) -> Booleans:
     """Return which missions with the same buildings have a route with feasible times."""
-    variants, slot_s = stacked(*networks), question.slot_s
-    able = allowed(variants, question.problem, impossible(variants) == 0)
+    variants, slot_s = as_variants(*networks), question.slot_s
+    able = permitted_routes(variants, question.problem, impossible(variants) == 0)
     answers = np.zeros(len(networks), bool)
     for part, variant in declarations(question, variants, able):
         model = part.model

@@ -18,7 +18,7 @@ from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
 from optuav.presentation.numbers import percent
 from optuav.solving import Program
-from optuav.solving.program import entry_of
+from optuav.solving.program import route_model_of
 
 NOUNS = {"state of charge": "charge", "deadline": "the deadline"}
 NOUNS |= dict.fromkeys(LABELS, "the available well")
@@ -107,7 +107,7 @@ def header(program: Program, explained: Findings) -> dict[str, object]:
         "stops": [(stop.kind, stop.at) for stop in stops],
         "binds": binding(explained),
         "route": route(plan),
-        "worth": worth(explained),
+        "worth": gains_in_words(explained),
     }
 
 
@@ -115,7 +115,7 @@ def _broken(program: Program, plan: Plan) -> list[str]:
     """The kinds of constraints that even the flight breaks; none if nothing can be flown."""
     if not program.parts:
         return []
-    part, entry = entry_of(program, plan)
+    part, entry = route_model_of(program, plan)
     model = part.model
     still = dict.fromkeys((variable.name for variable in model.variables), 0.0)
     rows = evaluated(model, {**model.row(entry), **still})
@@ -208,7 +208,7 @@ def _landed(side: ConstraintAtOptimum) -> str:
     return f"{percent(side.right)} left {where}" if where and not left else ""
 
 
-def worth(explained: Findings) -> str:
+def gains_in_words(explained: Findings) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
     known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
@@ -223,7 +223,7 @@ def worth(explained: Findings) -> str:
     return _sentence_words(f"{first} gives {most} of hover{also}")
 
 
-class Idle(NamedTuple):
+class KeyWithoutEffect(NamedTuple):
     """Values of a mission key over which the answer stays the same, and why."""
 
     low: float
@@ -231,29 +231,29 @@ class Idle(NamedTuple):
     words: str
 
 
-def idle(explained: Findings, network: Network) -> Iterator[tuple[str, Idle]]:
+def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithoutEffect]]:
     """Return the keys that change nothing, each with a reason that holds without solving again."""
     plan, mission = explained.plan, network.mission
     if plan and not plan.has_several_stops:
         limits, end_s = mission.limits, plan.mission_time_s
         if limits.deadline_s - end_s > SAME * limits.deadline_s:
-            yield "limits.deadline_s", Idle(end_s, limits.deadline_s, "the plan ends there")
+            yield "limits.deadline_s", KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends there")
         left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
         if limits.keep_soc == "always":
             rows = (side.left for side in explained.constraints if side.kind == "state of charge")
             left = min(left, *rows)
         if left - limits.min_soc > SAME:
-            yield "limits.min_soc", Idle(limits.min_soc, left, "that much is left")
+            yield "limits.min_soc", KeyWithoutEffect(limits.min_soc, left, "that much is left")
     if mission.laser is None:
         return
     power, current = "laser.power_W", "battery.charge_current_A"
     current_A = mission.battery.charge_current_A
     most_A, capped_W = laser_reach(mission, network.places)
     if most_A == capped_W == 0.0:
-        unreached = Idle(0.0, None, "the laser reaches no place to stay")
+        unreached = KeyWithoutEffect(0.0, None, "the laser reaches no place to stay")
         yield from ((power, unreached), (current, unreached))
     elif mission.laser.power_W >= capped_W:
         words = f"the charging current caps at {current_A:g} A"
-        yield power, Idle(capped_W, None, words if capped_W else "the mission states the current")
+        yield power, KeyWithoutEffect(capped_W, None, words if capped_W else "the mission states the current")
     elif most_A < current_A:
-        yield current, Idle(most_A, None, f"the laser gives {most_A:.3g} A at most")
+        yield current, KeyWithoutEffect(most_A, None, f"the laser gives {most_A:.3g} A at most")

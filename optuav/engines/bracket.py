@@ -33,7 +33,7 @@ from optuav.engines.rows import (
     Rows,
     Section,
     StatedForm,
-    close_in,
+    bracket_root,
     levelled,
     rows_of,
     some,
@@ -47,7 +47,7 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import SAME_S, Status
 
-ROUNDING = 1e-11
+LEAST_VIOLATION = 1e-11
 """Smallest violation that fails a constraint, relative to max(1, |right side|)."""
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
@@ -149,7 +149,7 @@ def _monotone(
         hopeless |= margin(least, *lines) < 0.0
     with np.errstate(over="ignore", invalid="ignore"):  # at an end far below 0, which is hopeless
         first, last = (np.where(hopeless, -1.0, margin(at, *lines)) for at in (0.0 * end, end))
-    x, beyond = close_in(margin, 0.0 * end, end, EDGE_S, *lines, known=(first, last))
+    x, beyond = bracket_root(margin, 0.0 * end, end, EDGE_S, *lines, known=(first, last))
     y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
     return x, y, np.where(np.isnan(x), np.where(least > 0.0, least, -np.inf), beyond)
 
@@ -193,7 +193,7 @@ def _sweep(
         return least
 
     # With that y, a little farther as a rule.
-    farthest, _ = close_in(margin, x[known], beyond[known], EDGE_S, y[known], *some(rows, known))
+    farthest, _ = bracket_root(margin, x[known], beyond[known], EDGE_S, y[known], *some(rows, known))
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
 
@@ -336,7 +336,7 @@ def _tapered(
         with np.errstate(invalid="ignore"):  # without a point
             for row in evaluated(tapered, at):
                 share = row.slack / np.maximum(1.0, np.abs(row.right))
-                least = np.minimum(least, share + ROUNDING)
+                least = np.minimum(least, share + LEAST_VIOLATION)
         return least
 
     others = rows_of([form for form in forms if not form.relaxed], names, tops.max(axis=0))
@@ -350,7 +350,7 @@ def _tapered(
         return margin(x, most(x, which), which)
 
     numbers = np.arange(len(bound.x))
-    along, _ = close_in(along_most, 0.0 * bound.x, bound.x, WIDTH_S, numbers)
+    along, _ = bracket_root(along_most, 0.0 * bound.x, bound.x, WIDTH_S, numbers)
     x, y = np.full_like(along, np.nan), np.full_like(along, np.nan)
     never_full = largest(rows_of(forms, names, tops.max(axis=0)), *tops)
     for tried in ((bound.x, bound.y), (along, most(along, numbers)), (never_full.x, never_full.y)):
@@ -358,7 +358,7 @@ def _tapered(
         x, y = np.where(better, tried, (x, y))
     best = Interval(x, y, bound.beyond)
     least = shortest(relaxed, best, tops[1])
-    y, _ = close_in(lambda y, which: margin(x[which], y, which), y, least, WIDTH_S, numbers)
+    y, _ = bracket_root(lambda y, which: margin(x[which], y, which), y, least, WIDTH_S, numbers)
     return best._replace(y=y)
 
 

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from optuav.arrays import Values
-from optuav.engines.solution import Solution, stacked
+from optuav.engines.solution import Solution, concatenated
 from optuav.errors import Fault, InputError, shown
 from optuav.modelling.classify import Traits
 from optuav.modelling.model import Model
@@ -157,7 +157,7 @@ class OneByOne(Engine):
                 changed = {n: float(v[k] if np.ndim(v) else v) for n, v in values.items()}
                 with silent():
                     solutions.append(single({**row, **changed}))
-            return solutions[0] if len(solutions) == 1 else stacked(solutions)
+            return solutions[0] if len(solutions) == 1 else concatenated(solutions)
 
         return solve
 

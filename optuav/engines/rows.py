@@ -37,7 +37,7 @@ Margin: TypeAlias = Callable[..., Floats]
 """Values at one point of each of some intervals, from what belongs to them."""
 
 MOST_STEPS = 200
-ROUNDING = 2e-13  # Share of the sum of a row's terms that it may fall short of 0 by, for rounding
+ROUNDED_ROW = 2e-13  # Share of the sum of a row's terms that it may fall short of 0 by, for rounding
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
 TINY = 1e-200  # Replacement of a rate of 0, as in the physics, which engines do not import
@@ -46,7 +46,7 @@ ROOT_WIDTH_S = 1e-11  # Accuracy of the ends of feasible stretches [s]
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def close_in(
+def bracket_root(
     margin: Margin,
     start: Floats,
     goal: Floats,
@@ -129,7 +129,7 @@ class Section(NamedTuple):
         pair = (1, 0) if smallest else (0, 1)
         (start, at_start), (goal, at_goal) = ((ends[k : k + 2], values[k : k + 2]) for k in pair)
         _, row, number = here = np.nonzero((at_start >= 0.0) & (at_goal < 0.0))
-        edges, _ = close_in(
+        edges, _ = bracket_root(
             lambda y, *own: Section(*own).at(y),
             start[here],
             goal[here],
@@ -242,7 +242,7 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     shares = np.abs(highest)
     size = shares.sum(axis=0)
     # Never more than the tolerance of a check of the answer outside the engine.
-    weights[0] += np.minimum(ROUNDING * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
+    weights[0] += np.minimum(ROUNDED_ROW * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
     open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)
     weights[1:] *= open_ & (shares[1:] >= DUST * size)
     weights[0] = np.where(open_, weights[0], np.inf)

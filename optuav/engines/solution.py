@@ -27,7 +27,7 @@ from optuav.status import SAME_S, Status
 DUALITY = "linear programming duality, KKT conditions evaluated again"
 HEADS = ("constraint", "slack", "multiplier", "")
 LONGEST = 60  # Most characters of a label
-ROUNDING = 1e-13  # Share of an objective that is rounding
+ROUNDED_OBJECTIVE = 1e-13  # Share of an objective that is rounding
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
 
 
@@ -159,7 +159,7 @@ class Solution(Presented):
     @property
     def ties(self) -> Floats:
         """Difference to each objective that counts as none, in its unit: `SAME_S` of a time."""
-        return np.maximum(SAME_S * self.second, ROUNDING * np.abs(self.objective))
+        return np.maximum(SAME_S * self.second, ROUNDED_OBJECTIVE * np.abs(self.objective))
 
     def point(self, index: int) -> dict[str, float]:
         """Values of the variables in the answer to a programme; `SolverError` without one."""
@@ -344,7 +344,7 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
     return None
 
 
-def stacked(solutions: Sequence[Solution]) -> Solution:
+def concatenated(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
     first = next((solution for solution in solutions if solution.status.has_answer), solutions[0])
 

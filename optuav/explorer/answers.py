@@ -13,14 +13,14 @@ from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain_plan
 from optuav.diagnosis.report import Explanation
-from optuav.diagnosis.sentences import Idle, curve, header, idle
+from optuav.diagnosis.sentences import KeyWithoutEffect, curve, header, idle
 from optuav.diagnosis.wording import gain_figure, key_of, price_words, symbol_and_value
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
 from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission
-from optuav.mission.keys import now_of
+from optuav.mission.keys import stated_value
 from optuav.mission.mission import toml_of
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
@@ -37,7 +37,7 @@ from optuav.plan.plane import ROLES, SAMPLES, Plane
 from optuav.plan.summary import facts
 from optuav.presentation.numbers import percent
 from optuav.solving import Program, formulate
-from optuav.solving.program import entry_of
+from optuav.solving.program import route_model_of
 
 MOST_STEPS = 16  # Steps along the longer side of a map
 EMPTY = 1e-5  # Share of the capacity that counts as an empty well
@@ -108,9 +108,9 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     return found, plan
 
 
-def _control(control: Control, mission: Mission, still: Mapping[str, Idle]) -> Data:
+def _control(control: Control, mission: Mission, still: Mapping[str, KeyWithoutEffect]) -> Data:
     """A control with its value, the whole vector of a component, and what changes nothing."""
-    value: Any = now_of(mission, control.key)
+    value: Any = stated_value(mission, control.key)
     whole = None if control.axis is None else [*value]
     value = value if whole is None else whole[control.axis or 0]
     idle = still[control.key]._asdict() if control.key in still else None
@@ -210,7 +210,7 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
         return {"words": "Packs that take turns are simulated: there is no plane."}
     if not program.parts:
         return {"words": "No route can be flown: there is no plane."}
-    part, entry = entry_of(program, plan)
+    part, entry = route_model_of(program, plan)
     model, way = part.model, program.network.route_names(int(part.routes[entry]))
     marked = [(plan.rest_time_s, plan.hover_time_s)] if plan else []
     try:

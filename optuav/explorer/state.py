@@ -12,7 +12,7 @@ from optuav.errors import Fault, InputError, collected, refuse
 from optuav.explorer.pictures import PICTURES
 from optuav.fields import Range
 from optuav.mission import Mission
-from optuav.mission.keys import now_of
+from optuav.mission.keys import stated_value
 from optuav.mission.messages import number, shown, unknown
 from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
 from optuav.plan.display import round_step
@@ -141,11 +141,11 @@ def controls(mission: Mission) -> Iterator[Control]:
     """The sliders of a mission, around its own values."""
     keys = ["limits.deadline_s", "limits.min_soc", "battery.capacity_As"]
     if mission.laser is not None:
-        fixed = now_of(mission, "flight.charge_current_A") is not None
+        fixed = stated_value(mission, "flight.charge_current_A") is not None
         charging = "flight" if fixed else "battery"
         keys += ["laser.power_W", f"{charging}.charge_current_A"]
     for key in keys:
-        allowed, value = number(key), now_of(mission, key) or 0.0
+        allowed, value = number(key), stated_value(mission, key) or 0.0
         high = HIGHEST_SOC if key == "limits.min_soc" else 2.0 * value or 10.0
         step = round_step(high, STEPS)
         low = 0.0 if allowed and allowed.ge == 0.0 else step
@@ -155,5 +155,5 @@ def controls(mission: Mission) -> Iterator[Control]:
         *mission.flight_model.sliders(),
     ]
     for key, axis, label, symbol, unit, low, high in sliders:
-        value = now_of(mission, key if axis is None else f"{key}[{axis}]") or 0.0
+        value = stated_value(mission, key if axis is None else f"{key}[{axis}]") or 0.0
         yield Control(key, axis, label, symbol, unit, low, high, round_step(high, STEPS), value)

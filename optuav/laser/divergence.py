@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain
     from optuav.physics.quantity import Quantity
 
-ROUNDING = 1e-9  # Relative excess of χA over D² that rounding may cause
+ROUNDED_EXCESS = 1e-9  # Relative excess of χA over D² that rounding may cause
 
 
 class DivergingLaser(LaserTable):
@@ -57,7 +57,7 @@ class DivergingBeam(SpreadingBeam):
     def light_W(self) -> Quantity:
         """Light out of the source [W]; NaN where χA > D², which no mission but a batch can have."""
         D, _, A, χ = self.beam
-        whole = physics.quantity.one_where_not_negative((1.0 + ROUNDING) * D**2 - χ * A)
+        whole = physics.quantity.one_where_not_negative((1.0 + ROUNDED_EXCESS) * D**2 - χ * A)
         return self.laser.power_W * whole
 
     def chain(self, distance_m: Quantity) -> Chain:
@@ -104,7 +104,7 @@ class DivergingBeam(SpreadingBeam):
         if not all(isinstance(number, int | float) for number in sizes):
             return
         D, A, χ = sizes
-        if χ * A > (1.0 + ROUNDING) * D**2:
+        if χ * A > (1.0 + ROUNDED_EXCESS) * D**2:
             most = f"{D**2 / χ:.10g} [m2], which is laser.aperture_m squared"
             words = f"a number, x <= {most} / receiver.optics_efficiency"
             yield ("receiver", "area_m2"), f"{words}: no receiver gets more light than is sent"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Bounds: TypeAlias = Sequence[float] | Floats
 COORDINATE, DISTANCE = Range("m", ge=-1e6, le=1e6), Range("m", ge=1e-3, le=1e6)
 DECIMALS = 6  # Decimals of coordinates [m]
-ROUNDING = 1e-9  # Share of a distance that bounds may fall short of the last point
+ROUNDED_DISTANCE = 1e-9  # Share of a distance that bounds may fall short of the last point
 MOST_POINTS, BYTES = 4_000_000, 100
 """Most points of a map, and about the memory that each takes while it is computed."""
 DEVICE, LASER, HOVER_POINT = "link.device_m", "laser.position_m", "route.hover_m"
@@ -258,7 +258,7 @@ def faults_of(
 
 def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
     """Coordinates x and y of points at one distance, from the first of two corners (2, 2) [m]."""
-    most = np.floor(np.diff(corners_m, axis=0)[0] / step_m + ROUNDING).astype(int) + 1
+    most = np.floor(np.diff(corners_m, axis=0)[0] / step_m + ROUNDED_DISTANCE).astype(int) + 1
     columns, rows = most.tolist()
     if (count := columns * rows) > MOST_POINTS:
         words = f"at most {MOST_POINTS} points, which take {MOST_POINTS * BYTES / 1e9:g} GB"

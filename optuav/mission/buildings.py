@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 RESERVED_NAMES = ("origin", "hover", "destination")
 HASHED = 64  # Most buildings that go into the hash
-AT_ONCE = 1 << 16  # Polygons that are judged together
+POLYGONS_AT_ONCE = 1 << 16  # Polygons that are judged together
 Stated = Annotated[tuple[Building, ...], Strict(), Listed]
 
 
@@ -214,8 +214,8 @@ def misshapen(corners_m: Floats, count: Integers, at_m: Floats) -> Iterator[tupl
     import shapely
 
     ends = np.cumsum(count)
-    for begin in range(0, len(count), AT_ONCE):
-        batch, place_m = count[begin : begin + AT_ONCE], at_m[begin : begin + AT_ONCE]
+    for begin in range(0, len(count), POLYGONS_AT_ONCE):
+        batch, place_m = count[begin : begin + POLYGONS_AT_ONCE], at_m[begin : begin + POLYGONS_AT_ONCE]
         corners = corners_m[ends[begin] - batch[0] : ends[begin] - batch[0] + batch.sum()]
         ring_of = np.repeat(np.arange(len(batch)), batch)
         polygons = np.asarray(shapely.polygons(shapely.linearrings(corners, indices=ring_of)))

@@ -54,7 +54,7 @@ def stated_keys(mission: Mission) -> dict[str, Key]:
     """The numeric keys that a mission states, by name; a bound that is excluded is approached."""
     stated_by_name = dict[str, Key]()
     for name, allowed in numeric_keys().items():
-        if (now := now_of(mission, name)) is not None:
+        if (now := stated_value(mission, name)) is not None:
             low, high = allowed.ge, allowed.le
             low = (allowed.gt or 0.0) + INSIDE if low is None else low
             high = (allowed.lt or 0.0) - INSIDE if high is None else high
@@ -62,7 +62,7 @@ def stated_keys(mission: Mission) -> dict[str, Key]:
     return stated_by_name
 
 
-def now_of(mission: Mission, key: str) -> float | None:
+def stated_value(mission: Mission, key: str) -> float | None:
     """A mission's own value of a numeric key; None where it states none."""
     table, _, name = key.partition(".")
     name, _, axis = name.partition("[")
@@ -93,7 +93,7 @@ def misfits_of_keys(values: Mapping[str, object]) -> Iterator[Fault]:
             yield Fault(key, shown(value), known[key].words)
 
 
-def homeless_keys(mission: Mission, keys: Collection[str]) -> Iterator[Fault]:
+def keys_of_missing_tables(mission: Mission, keys: Collection[str]) -> Iterator[Fault]:
     """A fault for each numeric key whose table or place the mission does not state."""
     for key in keys:
         if missing := _missing(mission, key, keys):
@@ -115,7 +115,7 @@ def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
 def quantity(mission: Mission, key: str) -> str:
     """A mission's own value of a numeric key with its unit, as text."""
     allowed = number(key)
-    return f"{now_of(mission, key):g} {allowed.unit if allowed else ''}"
+    return f"{stated_value(mission, key):g} {allowed.unit if allowed else ''}"
 
 
 def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:
         name, _, axis = key.partition("[")
         if axis:
             whole = values_by_key.setdefault(
-                name, [now_of(mission, f"{name}[{k}]") for k in range(3)]
+                name, [stated_value(mission, f"{name}[{k}]") for k in range(3)]
             )
             whole[int(axis[0])] = value
         else:

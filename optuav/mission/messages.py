@@ -43,7 +43,7 @@ def error_words(detail: Mapping[str, Any]) -> str:
     return words.format(**{name: short(x) if isinstance(x, float) else x for name, x in limits})
 
 
-def allowed(model: type[BaseModel], key: str) -> str:
+def range_in_words(model: type[BaseModel], key: str) -> str:
     """Describe the allowed values of a field from its type: ``"a number, 0 <= x < 1 [-]"``."""
     return next(limits_of(model, key)).words
 

@@ -16,7 +16,7 @@ from optuav.mission.buildings import Buildings
 from optuav.mission.files import STANDARD, seen_from
 from optuav.mission.forms import SCHEMA
 from optuav.mission.load import load
-from optuav.mission.messages import allowed, shown, unlisted
+from optuav.mission.messages import range_in_words, shown, unlisted
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.validation import StatedMission, breaches_of
 from optuav.options import BATTERIES, BatteryName
@@ -304,7 +304,7 @@ class Datasheet(Drone):
             if {power, minutes} <= stated.keys():
                 yield Fault(power, shown(stated[power]), f"either {power} or {minutes}")
         if stated.keys().isdisjoint(("hover_min", "hover_power_W")):
-            words = f"is missing; {allowed(cls, 'hover_min')}; or state hover_power_W"
+            words = f"is missing; {range_in_words(cls, 'hover_min')}; or state hover_power_W"
             yield Fault("hover_min", "", words)
 
     @property

@@ -16,7 +16,7 @@ from optuav.laser.beam import BEAM, BEAMS, Beam
 from optuav.laser.fits import Laser
 from optuav.mission.buildings import Buildings, misnamed, misshapen
 from optuav.mission.forms import CHOICES, SCHEMA, SECTIONS, TABLES, table_keys
-from optuav.mission.messages import allowed, nearest, shown, table
+from optuav.mission.messages import range_in_words, nearest, shown, table
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -173,10 +173,10 @@ def breaches_of(
             continue
         name, last = str(key[0]), str(key[-1])
         if name not in TABLES or key == ("buildings",):
-            words = allowed(model, name)
+            words = range_in_words(model, name)
         else:
             form = table_keys(name).get(last)
-            words = allowed(form, last) if form else table(name)
+            words = range_in_words(form, last) if form else table(name)
         if stated.value(key) is UNKNOWN:
             if (choice := CHOICES.get(name)) and choice.is_misspelt(stated.document.get(name)):
                 continue  # Nobody knows what the form that is meant lacks
@@ -227,7 +227,7 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
     schedule = battery.get("schedule", "pooled")
     if schedule == "alternating" and "period_s" not in battery:
-        words = f'{allowed(tables.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
+        words = f'{range_in_words(tables.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
         yield Breach(("battery", "period_s"), f"is missing; {words}")
     elif schedule not in ("alternating", UNKNOWN) and "period_s" in battery:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
@@ -241,7 +241,7 @@ def rules(document: Document) -> Iterator[Breach]:
         if len(twins) == 2:
             yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
         elif not twins:
-            words = f"{allowed(Laser, 'attenuation_per_km')}; or state visibility_km"
+            words = f"{range_in_words(Laser, 'attenuation_per_km')}; or state visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
         if (beam := laser.get("beam")) in [*BEAMS]:
             yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
@@ -253,7 +253,7 @@ def rules(document: Document) -> Iterator[Breach]:
         yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))
     elif len(origin) == 1 and document["earth"][min(origin)] is not UNKNOWN:
         (other,) = {"latitude_deg", "longitude_deg"} - origin
-        words = f"is missing; {allowed(tables.Earth, other)}, needed beside {min(origin)}"
+        words = f"is missing; {range_in_words(tables.Earth, other)}, needed beside {min(origin)}"
         yield Breach(("earth", other), words)
     if isinstance(flight := document.get("flight", {}), dict):
         name, flight = flight.get("model", "rotors"), {"model": "rotors", **flight}
@@ -271,7 +271,7 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
         yield Breach(("start", "soc"), "either soc, or available_As and bound_As")
     if len(wells) == 1:
         (lacking,) = {"available_As", "bound_As"} - wells
-        words = f"{allowed(tables.Start, lacking)}, needed beside {min(wells)}"
+        words = f"{range_in_words(tables.Start, lacking)}, needed beside {min(wells)}"
         yield Breach(("start", lacking), f"is missing; {words}")
     figures = [battery.get(key, UNKNOWN) for key in ("packs", "capacity_As", "available_fraction")]
     if UNKNOWN in figures:
@@ -294,7 +294,7 @@ def _rules_of_model(
         if not key and name not in document:
             yield Breach((name,), f"is missing; {table(name)}, needed by {by}")
         elif key and isinstance(own := document.get(name), dict) and key not in own:
-            words = allowed(table_keys(name)[key], key)
+            words = range_in_words(table_keys(name)[key], key)
             yield Breach((name, key), f"is missing; {words}, needed by {by}")
     for refused in model.refuses:
         name, *parts = refused.split(".")
@@ -311,7 +311,7 @@ def _rules_of_model(
         if not parts and name not in document:
             expected = f"is missing; {table(name)}, "
         elif parts and parts[0] not in keys_of(document.get(name)):
-            expected = f"is missing; {allowed(table_keys(name)[parts[0]], parts[0])}, "
+            expected = f"is missing; {range_in_words(table_keys(name)[parts[0]], parts[0])}, "
         yield Breach((name, *parts), expected + words)
 
 

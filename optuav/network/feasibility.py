@@ -17,7 +17,7 @@ from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
 from optuav.physics.cells import CELLS, TYPED, kind_of
@@ -30,7 +30,7 @@ MOST_RADIO = 0.1  # Share of the hover's current above which a radio is doubted
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons why no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    applies = [name for name, where in stacked(network).hindrances.items() if where.any()]
+    applies = [name for name, where in as_variants(network).hindrances.items() if where.any()]
     if (why := mission.flight_model.impossible()) is not None:
         reasons.append(f"the UAV cannot fly: {why}")
     if "out_of_reach" in applies:

@@ -28,7 +28,7 @@ Graph: TypeAlias = "networkx.DiGraph[str]"
 
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
-ROUNDING = 1e-9  # Relative; a received power may exceed the battery's limit by this much
+ROUNDED_POWER = 1e-9  # Relative; a received power may exceed the battery's limit by this much
 SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mission's
 
 
@@ -262,6 +262,6 @@ def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
             words = f"places are moved in the mission, by {by}"
             yield Fault(f"{_node(node)}.position_m", shown(position_m), words, SOURCE)
         power_W = float(data["received_power_W"]) if data["laser_sight"] else 0.0
-        if power_W > max(most_W, known_W) * (1.0 + ROUNDING):
+        if power_W > max(most_W, known_W) * (1.0 + ROUNDED_POWER):
             words = f"at most {most_W:g} W charge at battery.charge_current_A"
             yield Fault(f"{_node(node)}.received_power_W", shown(power_W), words, SOURCE)

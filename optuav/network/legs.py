@@ -18,7 +18,7 @@ from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
 NO_LEG = -1
-AT_ONCE = 1 << 14  # Legs that are computed together: as many as fit the cache
+LEGS_AT_ONCE = 1 << 14  # Legs that are computed together: as many as fit the cache
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def build_legs(
             crosses = ways.blocker[0, line]
             waypoints_m = ways.of_legs(line, start > end)[0]
     loads = list[Loads]()
-    for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
+    for part in (slice(k, k + LEGS_AT_ONCE) for k in range(0, max(count, 1), LEGS_AT_ONCE)):
         start_m, end_m = (at_m.take(ends[part], axis=0) for ends in (start, end))
         loads.append(loads_along(flight.leg, start_m, end_m, waypoints_m[part]))
     distance_m, peak_m_s = _table([(load.distance_m, load.peak_speed_m_s) for load in loads], count)

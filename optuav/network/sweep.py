@@ -19,7 +19,7 @@ from optuav.arrays import Booleans, Floats, Integers, portions, ragged
 from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.physics.quantity import TINY
 
-AT_ONCE = 500  # Footprints that are taken up between two looks at the horizon
+FOOTPRINTS_AT_ONCE = 500  # Footprints that are taken up between two looks at the horizon
 BEARINGS = 8  # Bearings that the average footprint covers, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
 MOST_CORNERS = 1 << 16  # Corners handled together: as many as fit the cache
@@ -97,8 +97,8 @@ def survey(
     count, bearing = len(seen.near_m), ways.bearing
     # Groups of footprints from the nearest on.
     group = np.empty(count, dtype=np.intp)
-    group[seen.by_distance] = np.arange(count) // AT_ONCE
-    begins_m = seen.near_m[seen.by_distance[::AT_ONCE]]
+    group[seen.by_distance] = np.arange(count) // FOOTPRINTS_AT_ONCE
+    begins_m = seen.near_m[seen.by_distance[::FOOTPRINTS_AT_ONCE]]
 
     # Only footprints of groups before `after` begin before the line ends.
     after = np.searchsorted(begins_m, ways.length_m)
@@ -128,7 +128,7 @@ def survey(
         at = bearing[line]
         needed[line], likely[line] = horizon[at], blocker[at]
         later[line] -= standing[at]
-        footprint = seen.by_distance[k * AT_ONCE : (k + 1) * AT_ONCE]
+        footprint = seen.by_distance[k * FOOTPRINTS_AT_ONCE : (k + 1) * FOOTPRINTS_AT_ONCE]
         footprint = footprint[np.argsort(seen.slope[footprint], kind="stable")]
         reach = seen.spans[footprint]
         place, step = ragged(np.zeros_like(reach), reach)

@@ -19,7 +19,7 @@ from optuav.flight.model import BENT
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.forms import SECTIONS
-from optuav.mission.keys import now_of, numeric_keys
+from optuav.mission.keys import stated_value, numeric_keys
 from optuav.mission.mission import ENERGIES
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
@@ -240,7 +240,7 @@ class Variants:
 
 
 @lru_cache(maxsize=1)
-def stacked(*networks: Network) -> Variants:
+def as_variants(*networks: Network) -> Variants:
     """Networks over the same buildings as variants of the first, each with its own figures.
 
     All their missions state `route.hover_m`, or none does. The last variants are kept.
@@ -253,7 +253,7 @@ def stacked(*networks: Network) -> Variants:
         if all(each == tables[0] for each in tables[1:]):
             continue
         for key in keys:
-            values = [now_of(mission, key) for mission in missions]
+            values = [stated_value(mission, key) for mission in missions]
             if any(value != values[0] for value in values):
                 columns[key] = np.array(values, dtype=float)  # NaN for None
 

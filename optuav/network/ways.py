@@ -23,7 +23,7 @@ from optuav.physics.quantity import TINY, Quantity, Vector
 
 CLEARANCE_M = 5.0  # Default clearance of a mission
 CEILING_M = 10_000.0  # Default largest altitude of its waypoints; few multirotors flew as high
-AT_ONCE = 1 << 11  # Lines that are bent together, in bounded memory
+LINES_AT_ONCE = 1 << 11  # Lines that are bent together, in bounded memory
 MOST_MET = 500  # Footprints that a way around may meet
 EQUAL = 1e-9  # Relative difference of two charges that count as equal
 ROUNDING_M = 1e-9  # An apex that passes the ceiling by no more is at the ceiling
@@ -130,7 +130,7 @@ def build_ways(
         for clearance_m in np.unique(apart_m[bent]).tolist():
             fences = _fences(town, clearance_m)
             alike = bent[apart_m[bent, 0] == clearance_m]
-            for some in np.split(alike, range(AT_ONCE, len(alike), AT_ONCE)):
+            for some in np.split(alike, range(LINES_AT_ONCE, len(alike), LINES_AT_ONCE)):
                 hurdles = start_m[some], end_m[some], exempt[some]
                 waypoints_m[some, 0], closer = fences.over(*hurdles, ceiling_m[some])
                 bent_up = np.isfinite(waypoints_m[some, 0, 0])

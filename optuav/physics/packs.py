@@ -29,7 +29,7 @@ from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, held, step
 from optuav.physics.quantity import TINY, Quantity
 
-ROUNDING = 1e-12  # Share of the capacity that rounding may carry a well past its limit [-]
+ROUNDED_WELL = 1e-12  # Share of the capacity that rounding may carry a well past its limit [-]
 NOBODY = -1  # Number that stands for no pack
 MOST_STRETCHES = 50_000  # Stretches that `lifetime` follows one by one; some ten seconds
 
@@ -196,7 +196,7 @@ class Packs:
         carries, is_served = packs == carrier[:, None], packs == served[:, None]
         currents_A = load.charge_A * is_served - load.draw_A * carries
         full = filled & is_served & (currents_A > 0.0)
-        before, length_s, slack_As = self.wells, longest_s, ROUNDING * self.pack.capacity_As
+        before, length_s, slack_As = self.wells, longest_s, ROUNDED_WELL * self.pack.capacity_As
         end = self._after(currents_A, length_s, full)
         emptied = (carries & (end.available_As < -slack_As)).any(axis=1)
         length_s = self._until(kibam.time_to_empty, emptied, carrier, currents_A, length_s)

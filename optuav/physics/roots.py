@@ -33,7 +33,7 @@ def last(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
     return np.where(void, np.nan, np.where(endless, np.inf, low))[()]
 
 
-def largest(holds: Callable[[float], bool], high: float) -> tuple[float, float] | None:
+def bisect_largest(holds: Callable[[float], bool], high: float) -> tuple[float, float] | None:
     """Return the largest number from 0 to `high` that holds, and one beyond; None without any.
 
     If a number holds, all smaller ones do. Both are `high` if that holds.

@@ -32,7 +32,7 @@ LETTER, ROW = 6.5, 16.0  # About how wide a letter is, and how high a line of wo
 MOST_BESIDE = 3  # Entries of the legend beside which there is room for moments
 MOST_TICKS, MOST_POINTS = 6, 400
 AT_END = 0.06  # Part of the mission over which a reserve at its end is drawn
-ROUNDING = 1e-6  # Percent of the capacity, and share of a step
+ROUNDED_LEVEL = 1e-6  # Percent of the capacity, and share of a step
 
 
 class Levels(NamedTuple):
@@ -79,7 +79,7 @@ def low_landings(plan: PlanData) -> list[LowLanding]:
     low = list[LowLanding]()
     for phase in flights:
         charge_As = sum(phase.available_As) + sum(phase.bound_As)
-        if charge_As < least_As * (1.0 - ROUNDING):
+        if charge_As < least_As * (1.0 - ROUNDED_LEVEL):
             where = "at the hover point" if phase.end_place == "hover" else "on the roof"
             words = f"below the reserve {where}{allowed}"
             low.append(LowLanding(phase.end_s, charge_As, words))
@@ -108,7 +108,7 @@ def picture(
     percent = 100.0 / float(full.total_As)
     bound, total = percent * bound_As, percent * (bound_As + available_As)
     excess = percent * np.maximum(available_As - float(full.available_As), 0.0)
-    end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
+    end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDED_LEVEL
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
 
     def x(time_s: float) -> float:
@@ -135,7 +135,7 @@ def picture(
     if lacking.any():
         draw_area(LACKING, np.minimum(total, bound), bound)
         legend.append((LACKING, "not there"))
-    if (excess > ROUNDING).any():
+    if (excess > ROUNDED_LEVEL).any():
         draw_area(EXCESS, total - excess, total)
         legend.append((EXCESS, "past full"))
     right, bottom, line = LEFT + WIDTH, ABOVE + HEIGHT, {"stroke": "currentColor"}
@@ -181,4 +181,4 @@ def round_step(length: float, most: int = MOST_TICKS) -> float:
 def rounded_up(length: float) -> float:
     """The least number of round steps that is as long: 1200 for 1108; 1 for nothing."""
     step = round_step(length or 1.0)
-    return step * math.ceil((length or 1.0) / step - ROUNDING)
+    return step * math.ceil((length or 1.0) / step - ROUNDED_LEVEL)

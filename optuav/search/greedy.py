@@ -10,7 +10,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, start, tilted_after, time_to_full
-from optuav.physics.roots import largest
+from optuav.physics.roots import bisect_largest
 from optuav.search.branch import Stops
 from optuav.search.terrain import (
     DESTINATION,
@@ -185,5 +185,5 @@ def _longest_s(
     def holds(hover_s: float) -> bool:
         return _lowest_As(battery, charge, (Stage(-drawn_A, hover_s), *way)) >= 0.0
 
-    longest = largest(holds, float(high_s)) if high_s >= 0.0 else None
+    longest = bisect_largest(holds, float(high_s)) if high_s >= 0.0 else None
     return -math.inf if longest is None else longest[0]

@@ -234,7 +234,7 @@ class Coverage(EndlessCycle):
         InputError, NoPlanError
             If a number is out of range; or if no power suffices, or the hover never ends.
         """
-        self.ending()
+        self.finite_cycle()
         network = build_network(self.mission)
         currents = _net_currents(network, lit=False, pad_power_W=math.inf)
         visits = _visits(network, *currents, self.perspective, None, math.inf)

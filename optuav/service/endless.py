@@ -84,7 +84,7 @@ class EndlessCycle(Result):
     visit: Visit | None = field(default=None, repr=False)  # None for a hover that never ends
     visits: tuple[Visit, ...] = field(default=(), repr=False)  # Of other buildings
 
-    def ending(self) -> Visit:
+    def finite_cycle(self) -> Visit:
         """Return the visit, or refuse a hover that never ends."""
         if self.visit is None:
             raise NoPlanError(f"there is no cycle, one drone never lands: {ENDLESS}")
@@ -98,7 +98,7 @@ class EndlessCycle(Result):
         available well may run dry. An exchange of the pack ends it at the landing. `NoPlanError` if
         the hover never ends.
         """
-        visit, mission = self.ending(), self.mission
+        visit, mission = self.finite_cycle(), self.mission
         building, rests, number = (
             mission.buildings.names.index(visit.building),
             visit.swap_s is None,

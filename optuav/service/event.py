@@ -35,15 +35,15 @@ HOURS = Range("h", gt=0.0, le=240.0)
 MOST = 100
 DRONES = Range("-", ge=1, le=MOST, whole=True)
 UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
-SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
+SHARES_OF_LONGEST = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 """Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""
 ROUNDING = 1e-6  # Share of the capacity
-RUN = 0.75  # Share of all hovers that a run holds, beside the run of all
-LARGE = 500  # Hovers from which an interior point is found sooner than by the simplex method
+RUN_SHARE = 0.75  # Share of all hovers that a run holds, beside the run of all
+HOVERS_FOR_INTERIOR_POINT = 500  # Hovers from which an interior point is found sooner than by the simplex method
 WAITED_S = 0.1  # Between looks at a programme that is solved
 AT_LEAST = "in turns from one roof, charge requires at least"
 BUILDINGS = 20  # Buildings that are tried although others beat them
-MORE = 2  # Hovers beyond the fewest that are tried, per drone
+EXTRA_HOVERS = 2  # Hovers beyond the fewest that are tried, per drone
 
 
 class EventHover(TypedDict):
@@ -200,7 +200,7 @@ def _promising(visits: Sequence[Visit]) -> list[Visit]:
 
 def _rosters(visit: Visit, drones: int, until_s: float) -> Iterator[Roster]:
     """Yield rosters that keep charge, ever shorter hovers, and last the ring without an end."""
-    for share in SHORTER:
+    for share in SHARES_OF_LONGEST:
         hovers_s = _hovers(visit, drones, until_s, share * visit.most_s)
         if hovers_s is not None:
             yield Roster(visit, hovers_s, min(drones, len(hovers_s)))
@@ -268,8 +268,8 @@ def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floa
         away = (Stage(0.0, visit.flight_s + visit.swap_s),)
         whole_As = float(visit.battery.capacity_As)
         scarce = replace(visit, out=away, back=(), hover_A=0.0, rest_A=1.0, least_As=whole_As)
-    for count in range(fewest, fewest + MORE * drones + 1):
-        runs = (count, math.ceil(RUN * count))
+    for count in range(fewest, fewest + EXTRA_HOVERS * drones + 1):
+        runs = (count, math.ceil(RUN_SHARE * count))
         # Sums of rows refuse most programmes without an answer, and take no time.
         if max(_overdrawn_As(scarce, drones, until_s, longest_s, count, w) for w in runs) > small:
             continue
@@ -358,7 +358,7 @@ def _solved(
     programme.a_matrix_.value_ = np.concatenate(weights)
     solver = highspy.Highs()  # type: ignore[no-untyped-call]
     solver.setOptionValue("output_flag", False)
-    solver.setOptionValue("solver", "simplex" if count < LARGE else "ipm")
+    solver.setOptionValue("solver", "simplex" if count < HOVERS_FOR_INTERIOR_POINT else "ipm")
     solver.HandleUserInterrupt = True
     solver.passModel(programme)
     running = Thread(target=solver.run, daemon=True)

@@ -14,7 +14,7 @@ from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission import Mission
 from optuav.mission.messages import misfits, plural, shown
 from optuav.network.timeline import Phase, simulated
-from optuav.physics.roots import largest
+from optuav.physics.roots import bisect_largest
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import percent
@@ -29,7 +29,7 @@ COUNT = Range("-", ge=1, le=10_000, whole=True)
 UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
 UNITS |= {"wait_s": "s"}
 DAY_S = 86_400.0
-ROUNDING = 1e-9  # Relative, by which a count may be above a whole number
+ROUNDED_COUNT = 1e-9  # Relative, by which a count may be above a whole number
 MOST = 100_000  # Drones of a fleet
 MOST_A = 1e9  # Current of a pad beyond which none is strong enough [A]
 
@@ -249,7 +249,7 @@ def covering(share: float, overlap_s: float) -> str:
 
 def upwards(count: float) -> int:
     """Return the next whole number, but for rounding; at least 1."""
-    return max(1, math.ceil(count * (1.0 - ROUNDING)))
+    return max(1, math.ceil(count * (1.0 - ROUNDED_COUNT)))
 
 
 class PadPower(NamedTuple):
@@ -326,9 +326,9 @@ def pad_power(
             words = f"no pad is strong enough for {plural(drones, 'drone')}"
             raise NoPlanError(f"{words}: even without rests too little is covered")
     for visit in visits:
-        below_A = rest_A * (1.0 - ROUNDING * (best is not None))  # Of equal buildings the first
+        below_A = rest_A * (1.0 - ROUNDED_COUNT * (best is not None))  # Of equal buildings the first
         if not too_weak(visit, below_A):
-            weak = largest(partial(too_weak, visit), below_A)
+            weak = bisect_largest(partial(too_weak, visit), below_A)
             assert weak is not None  # Without current every pad is too weak
             best, rest_A = visit, weak[1]
     assert best is not None

@@ -17,7 +17,7 @@ from optuav.network import vehicle
 from optuav.network.legs import Legs
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step, tilted_after
-from optuav.physics.roots import largest
+from optuav.physics.roots import bisect_largest
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.presentation.numbers import fixed
 from optuav.service.checks import (
@@ -382,7 +382,7 @@ def _first_stretch(
 def _last_that_holds(spare_As: Callable[[float], float], from_s: float, to_s: float) -> float:
     """Return the last moment on the way to another one at which a number is not below 0."""
     towards = math.copysign(1.0, to_s - from_s)
-    found = largest(
+    found = bisect_largest(
         lambda passed_s: spare_As(from_s + towards * passed_s) >= 0.0, abs(to_s - from_s)
     )
     return from_s + towards * (found[0] if found else 0.0)

@@ -18,7 +18,7 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unlisted
 from optuav.network import vehicle
 from optuav.network.network import Network
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
@@ -27,9 +27,9 @@ from optuav.service.box import Box, box_of, corners_of, samples_of, stated_range
 from optuav.service.checks import calm_facts, flyable_network, in_calm_air, with_words
 from optuav.service.robust_search import KEPT, RobustTimes, Search
 from optuav.solving import solve
-from optuav.solving.assemble import figures
+from optuav.solving.assemble import route_quantities
 from optuav.solving.outcome import replayed, route_plan
-from optuav.solving.parts import allowed
+from optuav.solving.parts import permitted_routes
 from optuav.solving.question import Question, checked_question
 from optuav.studies.results import Pictures, Result
 from optuav.studies.samples import SEED, completed
@@ -242,7 +242,7 @@ def robust(
     hover_m = vehicle.hover_point_m(loaded)
     network = flyable_network(loaded.replace({"route.hover_m": [*map(float, hover_m)]}))
     search = Search(question, network)
-    routes = np.flatnonzero(allowed(stacked(network), question.problem)[0])
+    routes = np.flatnonzero(permitted_routes(as_variants(network), question.problem)[0])
     share, times = 1.0, None
     if chance is None:
         times, _ = search.holding(routes, box)
@@ -340,7 +340,7 @@ def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
     """Return the refusal where no plan holds, with its repair."""
     where = "in the whole box" if chance is None else f"with a chance of {chance}"
     repair = "state smaller ranges"
-    table = figures(Variants(network, corners_of(network.mission, box).columns))
+    table = route_quantities(Variants(network, corners_of(network.mission, box).columns))
     if np.any(table.hover_distance_m > table.coverage_radius_m * (1.0 + KEPT)):
         repair = "the link does not reach the hover point at some corners: state route.hover_m "
         repair += "nearer to link.device_m"

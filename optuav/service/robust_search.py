@@ -20,10 +20,10 @@ from optuav.network.variants import Variants
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 from optuav.service.box import Box, Points, corners_of, points_within
-from optuav.solving.assemble import entries, quantities, table_entries
+from optuav.solving.assemble import subset, quantities, table_entries
 from optuav.solving.balance import TIMES
 from optuav.solving.outcome import best
-from optuav.solving.parts import groups
+from optuav.solving.parts import routes_by_kind
 from optuav.solving.question import Question, answer
 from optuav.status import SAME_S
 
@@ -195,7 +195,7 @@ class Search:
         rule. Routes without a plan are left out.
         """
         variants = Variants(self.network, points.columns)
-        for group, _ in groups(self.network.routes, routes, ordered=True):
+        for group, _ in routes_by_kind(self.network.routes, routes, ordered=True):
             alike = routes[group]
             model, able = self._problem(variants, alike, points, points.levels * len(alike))
             solution = answer(model, able.size, self.question)
@@ -234,7 +234,7 @@ class Search:
         # Numbers rather than arrays of one entry: engines for one programme take no others.
         numbers = range(size) if programmes == 1 else range(0, size, programmes)
         which = [k if programmes == 1 else slice(k, k + programmes) for k in numbers]
-        corners = (tuple(entries(table, part) for part in which) for table in tables)
+        corners = (tuple(subset(table, part) for part in which) for table in tables)
         rests = bool(self.network.routes.building[routes[0]] >= 0)
         shared = np.tile(routes, programmes // len(routes))
         table = quantities(self.network, shared, rests=rests, steps=False)

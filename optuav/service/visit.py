@@ -17,7 +17,7 @@ from optuav.physics.kibam import (
     start,
     tilted_after,
 )
-from optuav.physics.roots import largest
+from optuav.physics.roots import bisect_largest
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Visit:
             return None
         if self.perspective == "battery":
             return most_s, most_s
-        longest = largest(lambda hover_s: self.lasts(start(self.battery), hover_s), most_s)
+        longest = bisect_largest(lambda hover_s: self.lasts(start(self.battery), hover_s), most_s)
         falls = falls_throughout(self.battery, -self.hover_A)
         return longest if longest is None or falls else (longest[0], most_s)
 
@@ -136,7 +136,7 @@ class Visit:
         """
         if self.from_full_s is None:
             return None
-        longest = largest(lambda hover_s: self.lasts(self.periodic(hover_s), hover_s), self.most_s)
+        longest = bisect_largest(lambda hover_s: self.lasts(self.periodic(hover_s), hover_s), self.most_s)
         return None if longest is None else longest[0]
 
     @property

@@ -15,13 +15,13 @@ from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.solving.best_plans import best_plans
-from optuav.solving.promising import FIRST, MANY, best_of_few, few_near, takes_few
+from optuav.solving.promising import FIRST, MANY, best_plans_or_all, few_near, takes_few
 from optuav.solving.question import checked_question
 from optuav.status import SAME_S
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
-AT_ONCE = 800
+TRIALS_AT_ONCE = 800
 """Missions times places of the laser computed together, about: as many as fit the cache."""
 SOME = 64  # Places of the laser computed together past many buildings
 NEAREST = 10  # Buildings that are tried first then, besides those that were the best so far
@@ -61,7 +61,7 @@ class HoverTimes:
                 self._tell(self.computed, total, words)
                 hover_s[number, some] = found_s = self._in_town(number, sites_m[some])
                 self.computed += found_s.size
-        at_once = max(1, AT_ONCE // count)
+        at_once = max(1, TRIALS_AT_ONCE // count)
         for group in self._alike:
             for numbers in (group[k : k + at_once] for k in range(0, len(group), at_once)):
                 self._tell(self.computed, total, words)
@@ -80,7 +80,7 @@ class HoverTimes:
         mission, (places, best) = self.missions[number], self._towns[number]
         few = few_near(mission, places, NEAREST if best else FIRST, *best)
         variants = Variants(few, _columns("laser.position_m", sites_m))
-        plans = best_of_few(variants, places, self._questions[number])
+        plans = best_plans_or_all(variants, places, self._questions[number])
         best[:] = np.unique((plans.route[plans.route > 0] - 1) // 2).tolist()
         return plans.hover_time_s
 

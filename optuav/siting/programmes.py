@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
     from scipy.sparse import csr_array
 
-ROUNDING = 1e-6  # Relative; the solver's values may be off by this
+SOLVER_ACCURACY = 1e-6  # Relative; the solver's values may be off by this
 LEAST_S = 0.01  # With less time left nothing is begun [s]
 INFEASIBLE = 2  # Status of a programme without a solution
 
@@ -68,10 +68,10 @@ def most_in_total(
         opened = np.flatnonzero(answer.x[:sites] > 0.5).tolist()
         best = max(best, interchange(worth, weights, opened), key=value)
         bound = min(bound, -float(answer.mip_dual_bound))
-        if bound < (1.0 - ROUNDING) * value(best):
+        if bound < (1.0 - SOLVER_ACCURACY) * value(best):
             raise SolverError(f"HiGHS gives the bound {bound:.9g}, but a choice exceeds it")
         reached = best_of(worth, opened)
-        beyond = np.flatnonzero(answer.x[sites:] > (1.0 + ROUNDING) * reached)
+        beyond = np.flatnonzero(answer.x[sites:] > (1.0 + SOLVER_ACCURACY) * reached)
         if not (more := {*zip(beyond.tolist(), reached[beyond].tolist(), strict=True)} - rows_at):
             break
         rows_at |= more

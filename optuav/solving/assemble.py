@@ -10,13 +10,13 @@ import numpy as np
 from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, MissionFigure, Quantities
 from formulations.soc import STAYS
 from optuav.arrays import Integers
-from optuav.mission.keys import now_of, numeric_keys
+from optuav.mission.keys import stated_value, numeric_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import totals
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants, as_variants
 from optuav.physics.kibam import Shift, Stage
 from optuav.physics.quantity import Quantity
 
@@ -38,7 +38,7 @@ def quantities(
     if `shifts` says what their stages do. Legs to and from an open hover point are named. So are
     the landings, if the mission wants its reserve there.
     """
-    variants = stacked(source) if isinstance(source, Network) else source
+    variants = as_variants(source) if isinstance(source, Network) else source
     first = variants.network.routes.rest_first[which]
     one_order = first.all() or not first.any()
     way = tuple[Any, ...]()
@@ -49,7 +49,7 @@ def quantities(
         landings = tuple(_landings(variants, which, variant, rests, way))
     changes = {"steps": way, "landings": landings, "rests": rests}
     changes["numbers"] = partial(numbers, variants, which, variant)
-    return chosen(figures(variants), which, variant, **changes)
+    return select(route_quantities(variants), which, variant, **changes)
 
 
 def numbers(
@@ -59,7 +59,7 @@ def numbers(
     named, network = dict[str, MissionFigure](), variants.network
     for name, allowed in numeric_keys().items():
         unit = "1" if allowed.unit == "-" else allowed.unit
-        if (value := now_of(variants.mission, name)) is not None:
+        if (value := stated_value(variants.mission, name)) is not None:
             value = table_entries(value, variant, which)
         named[name.replace(".", "_", 1)] = MissionFigure(value, unit, name)
     flown_m = totals(variants.distance_m, network.routes.legs)
@@ -74,25 +74,25 @@ def numbers(
     return named
 
 
-def mapped(table: Quantities, take: Callable[[Any], Any], **changes: Any) -> Quantities:
+def map_arrays(table: Quantities, take: Callable[[Any], Any], **changes: Any) -> Quantities:
     """The quantities with other arrays in place of their own; some changed."""
     arrays = {name: take(x) for name, x in vars(table).items() if isinstance(x, np.ndarray)}
     return replace(table, **arrays | changes)
 
 
-def chosen(
+def select(
     table: Quantities, which: Integers, variant: Integers | None = None, **changes: Any
 ) -> Quantities:
     """Quantities of some itineraries of some variants, from a table of all; some changed."""
-    return mapped(table, lambda values: table_entries(values, variant, which), **changes)
+    return map_arrays(table, lambda values: table_entries(values, variant, which), **changes)
 
 
-def turned(table: Quantities) -> Quantities:
+def transpose(table: Quantities) -> Quantities:
     """The same tables with one row per route and one column per variant."""
-    return mapped(table, np.transpose)
+    return map_arrays(table, np.transpose)
 
 
-def entries(table: Quantities, which: Integers | slice | int) -> Quantities:
+def subset(table: Quantities, which: Integers | slice | int) -> Quantities:
     """Quantities of some of the itineraries, with their steps."""
 
     def taken(values: Any) -> Any:
@@ -106,7 +106,7 @@ def entries(table: Quantities, which: Integers | slice | int) -> Quantities:
         each._replace(charge_As=taken(each.charge_As), energy_J=taken(each.energy_J))
         for each in table.landings
     ]
-    return mapped(table, taken, steps=taken(table.steps), landings=landings)
+    return map_arrays(table, taken, steps=taken(table.steps), landings=landings)
 
 
 def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
@@ -176,7 +176,7 @@ def _landings(
 
 
 @lru_cache(maxsize=1)
-def figures(variants: Variants) -> Quantities:
+def route_quantities(variants: Variants) -> Quantities:
     """Quantities of all itineraries without the steps on the way, as tables; the last are kept.
 
     Each is a number, or an array (variant or 1, route or 1).

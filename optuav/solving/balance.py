@@ -15,10 +15,10 @@ from optuav.arrays import Booleans, Floats
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.network import Network
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import figures, turned
+from optuav.solving.assemble import route_quantities, transpose
 
 TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
 NOTHING = 1e-11  # Relative gain in hover that counts as none, as in the closed form
@@ -42,7 +42,7 @@ class Balance(NamedTuple):
 @lru_cache(maxsize=1)
 def balance(variants: Variants, perspective: Perspective) -> Balance:
     """The balance of all routes of all variants; the last one is kept."""
-    columns, routes = turned(figures(variants)), variants.network.routes
+    columns, routes = transpose(route_quantities(variants)), variants.network.routes
     whole = Balance(*affine_charge(columns, perspective), columns.time_left)
     if variants.mission.limits.keep_soc == "end":
         return whole
@@ -111,7 +111,7 @@ def _kept(
 
 def by_balance(network: Network) -> tuple[Floats, Floats]:
     """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
-    routes = balance(stacked(network), "battery")
+    routes = balance(as_variants(network), "battery")
     hover_s = longest_by_balance(routes)
     return hover_s[:, 0], shortest_by_balance(hover_s, routes)[:, 0]
 

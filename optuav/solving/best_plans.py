@@ -26,11 +26,11 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import chosen, figures, quantities, table_entries, turned
+from optuav.solving.assemble import select, route_quantities, quantities, table_entries, transpose
 from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
 from optuav.solving.longest import longest
 from optuav.solving.outcome import tied
-from optuav.solving.parts import allowed, declarations, groups
+from optuav.solving.parts import permitted_routes, declarations, routes_by_kind
 from optuav.solving.question import Question, answer
 from optuav.status import SAME_S, Status
 
@@ -65,12 +65,12 @@ SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
 ROUNDS = 3  # Bracketing rounds: the most promising open routes; in the last round, all open ones
 STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
 BEYOND_S = 1e-6  # Time after Newton's moment when the well is shown to be empty [s]
-ROUNDING = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
+ROUNDED_WELL = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
 CODES = {name: code for code, name in enumerate(REASONS)}
 
 
 @dataclass(frozen=True)
-class Best:
+class BestPlans:
     """The best plan of every variant; arrays with one entry per variant.
 
     Without a plan times and charges are NaN, the route −1.
@@ -91,14 +91,14 @@ class Best:
     bound: Floats  # No plan passes it if the answer is open; else NaN
 
     @classmethod
-    def none(cls, count: int) -> Best:
+    def none(cls, count: int) -> BestPlans:
         """No plan anywhere, and not known why."""
         arrays: dict[str, Any] = {each.name: np.full(count, np.nan) for each in fields(cls)}
         codes = {name: np.zeros(count, np.int8) for name in ("status", "reason")}
         return cls(**arrays | codes | {"route": np.full(count, -1)})
 
 
-class Candidates(NamedTuple):
+class TiedPlans(NamedTuple):
     """Times on routes that tie for the best, in the order of the variants and of the routes."""
 
     variant: Integers
@@ -119,15 +119,15 @@ def takes_arrays(mission: Mission, question: Question) -> bool:
     return not (question.several or question.searched or compared or mission.battery.takes_turns)
 
 
-def best_plans(variants: Variants, question: Question) -> Best:
+def best_plans(variants: Variants, question: Question) -> BestPlans:
     """The best plans with one stop by the tie rule of `optuav.solve`, one per variant."""
     problem, perspective = question.problem, question.perspective
-    table, early = figures(variants), impossible(variants)
-    able, longest_hover = allowed(variants, problem, early == 0), type(problem) in LONGEST
+    table, early = route_quantities(variants), impossible(variants)
+    able, longest_hover = permitted_routes(variants, problem, early == 0), type(problem) in LONGEST
     if perspective == "wells" or not longest_hover:
         answers = _answered(variants, question, able)
     elif perspective == AVAILABLE:
-        answers = _never_dry(variants, able)
+        answers = _longest_by_wells(variants, able)
     else:
         answers = _by_balance(variants, able, perspective)
     flown_s = table_entries(table.flight_time_s, answers.variant, answers.route)
@@ -137,7 +137,7 @@ def best_plans(variants: Variants, question: Question) -> Best:
     won = shortest[np.flatnonzero(np.diff(answers.variant[shortest], prepend=-1))]  # The first
     variant, route = answers.variant[won], answers.route[won]
     times_s = answers.hover_time_s[won], answers.rest_time_s[won]
-    winners = chosen(table, route, variant)
+    winners = select(table, route, variant)
     soc = {name: PERSPECTIVES[name](winners, *times_s) for name in PAPER}
     counted = soc[perspective if perspective in PAPER else "battery"]
     if winners.tapers:
@@ -164,8 +164,8 @@ def best_plans(variants: Variants, question: Question) -> Best:
     }
     plans = {name: _filled(each, variant.shape) for name, each in columns.items()}
     if np.count_nonzero(kept) == variants.count:
-        return Best(**plans)
-    best = Best.none(variants.count)
+        return BestPlans(**plans)
+    best = BestPlans.none(variants.count)
     best.status[:] = answers.otherwise
     why = _reasons(variants, able, answers.otherwise, question)
     best.reason[:] = np.where(early > 0, early, why)
@@ -179,7 +179,7 @@ def hover_times_s(variants: Variants, perspective: Perspective, least_s: float =
 
     Also −∞ if it is shorter than the least of interest, ≥ 0.
     """
-    able = allowed(variants, P1(), impossible(variants) == 0)
+    able = permitted_routes(variants, P1(), impossible(variants) == 0)
     if perspective != AVAILABLE:
         return _longest(variants, able, perspective).T
     most_s = _most_s(variants, able)
@@ -209,7 +209,7 @@ def impossible(variants: Variants) -> Codes:
 
 def _reasons(variants: Variants, able: Booleans, otherwise: Codes, question: Question) -> Codes:
     """Codes of the reasons why `able` variants have no plan."""
-    table = figures(variants)
+    table = route_quantities(variants)
     flight_s = np.where(able, table.flight_time_s, np.inf).min(axis=1, keepdims=True)
     last = "together"
     if type(question.problem) in LONGEST:
@@ -235,7 +235,7 @@ def _longest(
     return np.broadcast_to(hover_s, (len(variants.network.routes), variants.count))
 
 
-def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) -> Candidates:
+def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) -> TiedPlans:
     """The longest hovers that tie, by a state of charge that is affine in both times."""
     routes = balance(variants, perspective)
     hover_s = _longest(variants, able, perspective, routes)
@@ -247,10 +247,10 @@ def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) ->
     balances = Balance(*(table_entries(values, route, variant) for values in routes))
     rests_s = shortest_by_balance(times_s, balances)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
-    return Candidates(variant, route, times_s, rests_s, *known)
+    return TiedPlans(variant, route, times_s, rests_s, *known)
 
 
-def _never_dry(variants: Variants, able: Booleans) -> Candidates:
+def _longest_by_wells(variants: Variants, able: Booleans) -> TiedPlans:
     """The longest hovers that the available well allows.
 
     The most promising routes of each variant are bracketed first. Routes whose bound is shorter
@@ -282,12 +282,12 @@ def _never_dry(variants: Variants, able: Booleans) -> Candidates:
     otherwise[~np.isneginf(beyond_s).all(axis=0)] = STATUSES.index(Status.UNKNOWN)
     times_s = hover_s[route, variant], rest_s[route, variant]
     bound_s = np.where(not_closed, most_s, np.nan)
-    return Candidates(variant, route, *times_s, status, otherwise, bound=bound_s)
+    return TiedPlans(variant, route, *times_s, status, otherwise, bound=bound_s)
 
 
 def _most_s(variants: Variants, able: Booleans) -> Floats:
     """Upper bounds of Δ through the wells (route, variant) [s], −∞ where none is possible."""
-    most_s, tapers = _longest(variants, able, "battery"), figures(variants).tapers
+    most_s, tapers = _longest(variants, able, "battery"), route_quantities(variants).tapers
     return most_s if tapers else np.minimum(most_s, _well_bound(variants, most_s))
 
 
@@ -299,10 +299,10 @@ def _in_steps(
     The stages of a flight are one step if the available well falls all along it.
     """
     whole = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
-    whole = whole & (not figures(variants).tapers)
+    whole = whole & (not route_quantities(variants).tapers)
     for shifts, alike in (variants.shifts, whole), ((), ~whole):
         members = np.flatnonzero(alike)
-        for group, rests in groups(variants.network.routes, route[members], ordered=True):
+        for group, rests in routes_by_kind(variants.network.routes, route[members], ordered=True):
             batch = members[group]
             which = route[batch], variant[batch]
             yield batch, quantities(variants, *which, rests=rests, shifts=shifts)
@@ -329,7 +329,7 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
     moment when it is empty. Just after it, the well is shown to be below 0 and to fall; else the
     bound is infinite.
     """
-    table, routes = turned(figures(variants)), variants.network.routes
+    table, routes = transpose(route_quantities(variants)), variants.network.routes
     pool = Battery(table.battery_As, table.available_fraction, table.flow_rate_per_s)
     first, second, third = routes.legs.T
     rest_first = (routes.building >= 0) & routes.rest_first
@@ -356,11 +356,11 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
         falls = slope + bend * (1.0 - rate_per_s * levelled_s)
         if step < STEPS:
             bound_s = bound_s - left / falls + (BEYOND_S if step == STEPS - 1 else 0.0)
-    proved = (left < -ROUNDING * pool.capacity_As) & (falls < 0.0) & (slope <= 0.0)
+    proved = (left < -ROUNDED_WELL * pool.capacity_As) & (falls < 0.0) & (slope <= 0.0)
     return np.where(proved & (bound_s >= 0.0), bound_s, np.inf)
 
 
-def _answered(variants: Variants, question: Question, able: Booleans) -> Candidates:
+def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPlans:
     """The answers of an engine on all routes."""
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     columns, towards = list[tuple[Any, ...]](), 1.0
@@ -397,7 +397,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> Candida
     status[variant[open_]] = STATUSES.index(Status.FEASIBLE)
     bound[variant[open_]] = towards * beyond[variant[open_]]
     times_s = hover_s[order], rest_s[order]
-    return Candidates(variant, route, *times_s, status, otherwise, towards * score, bound)
+    return TiedPlans(variant, route, *times_s, status, otherwise, towards * score, bound)
 
 
 def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:

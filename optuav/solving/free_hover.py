@@ -32,7 +32,7 @@ from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER, ORIGIN
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective
 from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Stage, gentlest
@@ -42,12 +42,12 @@ from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import hover_bounds_s, hover_times_s
 from optuav.solving.maximise import AROUND, Lengths, Point, all_around, maximise
 from optuav.solving.outcome import best
-from optuav.solving.parts import Part, allowed, groups
+from optuav.solving.parts import RouteModel, permitted_routes, routes_by_kind
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question
 from optuav.status import Status
 
-AT_ONCE = 1 << 13
+POINTS_AT_ONCE = 1 << 13
 """Points that are evaluated together, in bounded memory. No result depends on it."""
 RINGS = (0.1, 3000.0, 40)  # First and last radius of rings around buildings [m], and how many
 WITHIN = 1.0 - 1e-12  # share of the coverage radius that is used, for rounding
@@ -231,8 +231,8 @@ class PointSearch:
             promising = network.only(ways)
             away_m = np.linalg.norm(points_m - promising.places.position_m[-1], axis=1)
             (near,) = np.nonzero(away_m <= rings_m[open_ + 1].max(initial=-1.0))
-            for begin in range(0, len(near), AT_ONCE):
-                batch = near[begin : begin + AT_ONCE]
+            for begin in range(0, len(near), POINTS_AT_ONCE):
+                batch = near[begin : begin + POINTS_AT_ONCE]
                 hover_s = self._tried(promising, points_m[batch], least_s)
                 least_s = max(self.best_s - PROMISING_S, least_s)
                 point, route = np.nonzero(hover_s >= least_s)
@@ -313,11 +313,11 @@ class PointSearch:
 def free_program(question: Question, mission: Mission) -> FreeProgram:
     """(P1) with the hover point free, for the routes that some point may make flyable."""
     network = build_network(mission)
-    reached, parts = _reached(question, network), list[Part]()
+    reached, parts = _reached(question, network), list[RouteModel]()
     ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
-    for group, rests in groups(network.routes, reached, ordered=ordered):
+    for group, rests in routes_by_kind(network.routes, reached, ordered=ordered):
         which = reached[group]
-        parts.append(Part(_declared(network, which, rests, question.perspective), which))
+        parts.append(RouteModel(_declared(network, which, rests, question.perspective), which))
     reasons = () if len(reached) else declared_program(_at_mission(question), network).reasons
     return FreeProgram(question, network, tuple(parts), reasons)
 
@@ -337,7 +337,7 @@ def _reached(question: Question, network: Network) -> Integers:
     apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
     usable = (table.flyable[legs] | ~apart).all(axis=1)
     opened = replace(network, routes=replace(network.routes, flyable=usable))
-    return np.flatnonzero(allowed(stacked(opened), question.problem)[0])
+    return np.flatnonzero(permitted_routes(as_variants(opened), question.problem)[0])
 
 
 def longest_anywhere(question: Question, mission: Mission) -> Plan:

@@ -30,7 +30,7 @@ from optuav.plan import Plan
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.best_plans import SLACK_S
 from optuav.solving.outcome import best
-from optuav.solving.parts import Part, groups
+from optuav.solving.parts import RouteModel, routes_by_kind
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question
 from optuav.solving.speed_search import (
@@ -64,7 +64,7 @@ def free_program(question: Question, mission: Mission) -> "FreeSpeedProgram":
     """(P1), (P3) or (P4) with the speeds of the legs free, for the routes that can be flown."""
     problem: Any = question.problem
     fixed = replace(question, problem=replace(problem, speed="mission"), time_limit_s=None)
-    speeds, parts = LegSpeeds(build_network(mission)), list[Part]()
+    speeds, parts = LegSpeeds(build_network(mission)), list[RouteModel]()
     fastest = declared_program(fixed, speeds.fastest)
     reached = np.concatenate([np.zeros(0, np.intp), *(part.routes for part in fastest.parts)])
     routes, ways_m = speeds.network.routes, vector(speeds.ways_m)
@@ -76,9 +76,9 @@ def free_program(question: Question, mission: Mission) -> "FreeSpeedProgram":
     for alike in np.unique(kinds_of_legs, axis=0):
         members = np.sort(reached[(kinds_of_legs == alike).all(axis=1)])
         ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
-        for group, rests in groups(routes, members, ordered=ordered):
+        for group, rests in routes_by_kind(routes, members, ordered=ordered):
             which = members[group]
-            parts.append(Part(_declared(question, speeds, which, rests), which))
+            parts.append(RouteModel(_declared(question, speeds, which, rests), which))
     return FreeSpeedProgram(question, speeds.network, tuple(parts), fastest.reasons, fixed, speeds)
 
 

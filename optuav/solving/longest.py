@@ -21,10 +21,10 @@ from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.options import KEEP_SOC, KeepSoc
 from optuav.physics.kibam import Battery, Stage, falls_throughout
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import entries
+from optuav.solving.assemble import subset
 from optuav.status import SAME_S
 
-AT_ONCE = 1 << 13
+ITINERARIES_AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
 CURRENT, DURATION = Range("A", ge=-1e6, le=1e6), Range("s", ge=0, le=1e7)
 FLYING = Range("A", ge=-1e6, le=0, note="; in flight nothing charges")
@@ -211,10 +211,10 @@ def longest(
     """
     # The limits of (P1) go to the physics as forms rather than being declared as a model,
     # which takes four times as long for a few itineraries.
-    if count > AT_ONCE:
+    if count > ITINERARIES_AT_ONCE:
         pieces, least_of_all_s = [], np.broadcast_to(least_s, count)
-        for batch in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
-            values, least_s = entries(given, slice(batch[0], batch[-1] + 1)), least_of_all_s[batch]
+        for batch in np.split(np.arange(count), range(ITINERARIES_AT_ONCE, count, ITINERARIES_AT_ONCE)):
+            values, least_s = subset(given, slice(batch[0], batch[-1] + 1)), least_of_all_s[batch]
             pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)

@@ -10,21 +10,21 @@ from optuav.engines.registry import AUTO
 from optuav.engines.solution import Solution
 from optuav.mission import Mission
 from optuav.network.network import Network
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.solving.balance import TIMES
-from optuav.solving.best_plans import LONGEST, STATUSES, Best, best_plans
-from optuav.solving.parts import Part, declarations
+from optuav.solving.best_plans import LONGEST, STATUSES, BestPlans, best_plans
+from optuav.solving.parts import RouteModel, declarations
 from optuav.solving.question import Question, answer
 
 
-def longest_hover(question: Question, network: Network) -> tuple[Part, Solution] | None:
+def longest_hover(question: Question, network: Network) -> tuple[RouteModel, Solution] | None:
     """The best route of a question of the longest hover, declared, with its best times.
 
     None of other questions, and where no route has times: why, an engine finds out.
     """
     if not (_is_known(question, network.mission) and network.routes.flyable.any()):
         return None
-    variants = stacked(network)
+    variants = as_variants(network)
     best = best_plans(variants, question)
     if (route := best.route[0]) < 0:
         return None
@@ -36,7 +36,7 @@ def longest_hover(question: Question, network: Network) -> tuple[Part, Solution]
     return (part, solution) if solution.status.has_answer else None
 
 
-def _bracketed(part: Part, best: Best) -> Solution:
+def _bracketed(part: RouteModel, best: BestPlans) -> Solution:
     """Times through the wells as the solution of their model, as its engine brackets them."""
     times = zip(TIMES, (best.hover_time_s, best.rest_time_s), strict=True)
     return Solution(

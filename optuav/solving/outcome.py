@@ -37,20 +37,20 @@ from optuav.network.network import Network, network_by
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import build_places, charging_cap, on_landing
 from optuav.network.timeline import route_phases, simulated
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan
 from optuav.plan.data import CANNOT
 from optuav.presentation.numbers import all_digits
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.balance import TIMES, by_balance
-from optuav.solving.parts import Part, allowed
+from optuav.solving.parts import RouteModel, permitted_routes
 from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
-ROUNDING = 1e-9  # share of the capacity that rounding may take
+ROUNDED_SOC = 1e-9  # share of the capacity that rounding may take
 WHOLE = 1e-6  # Distance of an unknown from a whole number that is rounding
 EDITED = {
     True: "some legs have figures from the graph, not from the flight model",
@@ -139,7 +139,7 @@ def plan_for(
             soc["battery"] = left_As / capacity_As
             begin_As = float(vehicle.start(mission).total_As)
             refused_As = begin_As + sum(phase.charge_As for phase in flown) - left_As
-            if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
+            if refused_As > ROUNDED_SOC * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
                 only = "only the state of charge battery counts that"
                 notes.append(f"charging tapered: {refused}; {only}")
@@ -180,7 +180,7 @@ def route_plan(
 
 
 def plan_of(
-    question: Question, network: Network, part: Part, solution: Solution, entry: int
+    question: Question, network: Network, part: RouteModel, solution: Solution, entry: int
 ) -> Plan:
     """The plan that belongs to the answer to one entry of a part, which is evaluated again."""
     rows = solution.verify(entry)
@@ -244,7 +244,7 @@ def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]
     return network_by(mission, build_places(mission), buildings), []
 
 
-def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
+def moments(network: Network, part: RouteModel, entry: int) -> dict[str, str]:
     """Return by constraint label the moment when it holds on a route, by places, if it has one."""
     constraints = part.declared.constraints
     steps = {c.label: c.step for c in constraints if c.step is not None}
@@ -269,7 +269,7 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     } | known
 
 
-def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
+def words(network: Network, part: RouteModel, entry: int, labels: Sequence[str]) -> list[str]:
     """Labels of constraints with their moments by the places of the route."""
     known = moments(network, part, entry)
     names = {c.label: c.name for c in part.declared.constraints}
@@ -296,7 +296,7 @@ def none_proved(model: Model, count: int, values: Values | None = None) -> Boole
     return np.zeros(count, bool)
 
 
-def proof_of_none(parts: Sequence[Part]) -> str:
+def proof_of_none(parts: Sequence[RouteModel]) -> str:
     """Return the proof that no times are feasible, whatever an engine found; empty without one."""
     from optuav.engines.bracket import PROOF_OF_NONE
 
@@ -314,14 +314,14 @@ def subset(model: Model, constraints: Iterable[Constraint], far_s: float = math.
     return part
 
 
-def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
+def shortest_flight(network: Network, parts: Sequence[RouteModel]) -> tuple[int, int]:
     """Part and entry of the route with the shortest flight."""
     flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
     number = int(np.argmin([flights_s.min() for flights_s in flight_s]))
     return number, int(flight_s[number].argmin())
 
 
-def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
+def shortfalls(question: Question, network: Network, parts: Sequence[RouteModel]) -> tuple[str, ...]:
     """Why no times are feasible: what cannot hold on the shortest flight, at the least times.
 
     If each constraint can be met separately, say that they cannot be met together.
@@ -390,7 +390,7 @@ def _draws(plan: Plan) -> Iterator[tuple[str, float]]:
         yield what, max(-stage.current_A for stage in phase.stages)
 
 
-def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
+def against_p1(question: Question, network: Network, parts: Sequence[RouteModel], plan: Plan) -> Plan:
     """The plan of (P2) compared with (P1), and proved where (P1) is a proof."""
     # (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the
     # deadline tight it is T_max − Δ, and Δ cannot be more than in (P1).
@@ -459,11 +459,11 @@ def more_stops_may_help(
     return not one_stop_is_enough(network, graph)
 
 
-def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
+def note_what_battery_allows(question: Question, network: Network, plan: Plan) -> Iterator[str]:
     """Note the hover that charge allows, if a battery that never runs dry allows less."""
     routes = network.routes
     hover_s, rest_s = by_balance(network)
-    hover_s = np.where(allowed(stacked(network), question.problem)[0], hover_s, -np.inf)
+    hover_s = np.where(permitted_routes(as_variants(network), question.problem)[0], hover_s, -np.inf)
     route = best(hover_s, routes.flight_time_s + hover_s + rest_s, routes.building >= 0)
     if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
         return

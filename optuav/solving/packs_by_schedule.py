@@ -25,7 +25,7 @@ from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
 from optuav.solving.outcome import plan_without, proof_of_none, route_plan
-from optuav.solving.parts import Part
+from optuav.solving.parts import RouteModel
 from optuav.solving.question import Question, not_with
 from optuav.status import Status
 
@@ -41,7 +41,7 @@ CONTINUOUS = (
 )
 
 
-def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part]) -> Plan:
+def packs_by_schedule(question: Question, network: Network, parts: Sequence[RouteModel]) -> Plan:
     """The plan with the longest hover that the packs deliver, then the shortest mission."""
     slot_s, schedule = question.slot_s, network.mission.battery.schedule
     words = f"under battery.schedule = {schedule!r} and perspective available"
@@ -97,7 +97,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     return route_plan(question, network, route.number, (hover_s, rest_s), **said)
 
 
-def _proof_of_none(parts: Sequence[Part]) -> str:
+def _proof_of_none(parts: Sequence[RouteModel]) -> str:
     """Return the proof that no times are feasible; empty without one.
 
     The wells of pooled packs that may be past full hold no less than the wells of packs in turns.
@@ -106,7 +106,7 @@ def _proof_of_none(parts: Sequence[Part]) -> str:
     for part in parts:
         model = copy(part.model)
         model.constraints = [each for each in model.constraints if each.kind != "past full"]
-        pooled.append(Part(model, part.routes))
+        pooled.append(RouteModel(model, part.routes))
     proof = proof_of_none(pooled)
     return f"{proof}, even if the packs were pooled" if proof else ""
 
@@ -129,7 +129,7 @@ class _Route:
     """Simulate pairs of hover and rest on a route."""
 
     def __init__(
-        self, network: Network, part: Part, entry: int, slot_s: float | None, clock: _Clock
+        self, network: Network, part: RouteModel, entry: int, slot_s: float | None, clock: _Clock
     ) -> None:
         mission, battery = network.mission, network.mission.battery
         self.network, self.part, self.clock = network, part, clock

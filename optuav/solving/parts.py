@@ -22,7 +22,7 @@ from optuav.status import SAME_S
 
 
 @dataclass(frozen=True)
-class Part:
+class RouteModel:
     """One declaration that serves several itineraries."""
 
     declared: Model  # Parts of a kind share it
@@ -36,7 +36,7 @@ class Part:
         return self.declared.with_values(self.given) if self.given else self.declared
 
     @property
-    def is_seen(self) -> bool:
+    def was_exposed(self) -> bool:
         """True if somebody asked for the model, and may have changed it."""
         return "model" in vars(self)
 
@@ -51,7 +51,7 @@ class Part:
         return "rest_time_s" in self.unknowns
 
 
-def allowed(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:
+def permitted_routes(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:
     """Return which flyable routes a problem may take in every variant (variant or 1, route).
 
     No route in variants that are not `possible` (variant,).
@@ -78,7 +78,7 @@ def allowed(variants: Variants, problem: Formulation, possible: Booleans | None 
     return able
 
 
-def groups(
+def routes_by_kind(
     routes: Routes, which: Integers, *, ordered: bool, passing: bool = False
 ) -> Iterator[tuple[Integers, bool]]:
     """Positions in `which` of the routes that one declaration serves, and whether they may rest.
@@ -96,17 +96,17 @@ def groups(
 
 def declarations(
     question: Question, variants: Variants, able: Booleans
-) -> Iterator[tuple[Part, Integers]]:
+) -> Iterator[tuple[RouteModel, Integers]]:
     """The declarations that serve all itineraries that can be flown, with their variants."""
     problem, through_wells = question.problem, question.perspective not in PAPER
     # A rest takes at least one slot, so to pass a building by is a choice of its own.
     passing = question.slot_s is not None and problem.trajectory in ("traj1", "traj2")
     ordered = through_wells or variants.mission.limits.keep_soc == "always"
     variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
-    for group, rests in groups(variants.network.routes, route, ordered=ordered, passing=passing):
+    for group, rests in routes_by_kind(variants.network.routes, route, ordered=ordered, passing=passing):
         which, variants_in = route[group], variant[group]
         table = quantities(variants, which, variants_in, rests=rests, steps=through_wells)
         model, values = problem.declared(table, question.perspective)
-        part = Part(model, which, values)
+        part = RouteModel(model, which, values)
         if part.rests == rests:  # else the problem has no use for the rests of these routes
             yield part, variants_in

@@ -25,7 +25,7 @@ from optuav.modelling.classify import traits
 from optuav.modelling.writer import LINE
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import Network
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
 from optuav.presentation.numbers import all_digits
@@ -33,7 +33,7 @@ from optuav.solving import outcome
 from optuav.solving.balance import TIMES
 from optuav.solving.files import writer
 from optuav.solving.longest_hover import longest_hover
-from optuav.solving.parts import Part, allowed, declarations
+from optuav.solving.parts import RouteModel, permitted_routes, declarations
 from optuav.solving.question import Question, answer, chosen_engine
 from optuav.status import Status
 
@@ -46,9 +46,9 @@ ENDLESS = (
 
 def declared_program(question: Question, network: Network) -> "Program":
     """The question as a program; without parts, and with reasons, where nothing can be flown."""
-    parts, reasons = list[Part](), impossibilities(network)
-    variants = stacked(network)
-    able = allowed(variants, question.problem)
+    parts, reasons = list[RouteModel](), impossibilities(network)
+    variants = as_variants(network)
+    able = permitted_routes(variants, question.problem)
     for part, _ in () if reasons else declarations(question, variants, able):
         if not part.given:
             refuse_misfits(part.declared, len(part.routes))
@@ -80,7 +80,7 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     # As if all could be flown in the same time: traj2 would take any.
     flyable, flight_time_s = np.ones_like(routes.flyable), np.ones_like(routes.flight_time_s)
     alike = replace(routes, flyable=flyable, flight_time_s=flight_time_s)
-    wanted = allowed(stacked(replace(network, routes=alike)), question.problem)[0]
+    wanted = permitted_routes(as_variants(replace(network, routes=alike)), question.problem)[0]
     if not wanted.any():
         return ("the mission has no building to go by way of",)
     blocked = np.flatnonzero(wanted & ~routes.flyable).tolist()
@@ -92,7 +92,7 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     return (*tuple(legs)[:MOST_REASONS], *more)
 
 
-class NoParts(tuple[Part, ...]):
+class NoParts(tuple[RouteModel, ...]):
     """The parts of a program where nothing can be flown: none, and a first one is refused."""
 
     reasons: tuple[str, ...] = ()
@@ -130,7 +130,7 @@ class Program:
 
     question: Question
     network: Network
-    parts: tuple[Part, ...]
+    parts: tuple[RouteModel, ...]
     reasons: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -210,7 +210,7 @@ class Program:
                 heads.append(_slots_words(part.model, slot_s))
             yield heads
 
-    def _routes_words(self, part: Part) -> str:
+    def _routes_words(self, part: RouteModel) -> str:
         """Name the routes of a model in words."""
         orders = {self.network.routes.order(route) for route in part.routes}
         order = orders.pop() if len(orders) == 1 else "with a rest"
@@ -426,7 +426,7 @@ class Program:
             plan = plan.model_copy(update={"status": Status.LOCALLY_OPTIMAL, "proof": local.proof})
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
-            notes += outcome.promise(question, network, plan)
+            notes += outcome.note_what_battery_allows(question, network, plan)
         return outcome.replayed(plan.model_copy(update={"notes": tuple(notes)}))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
@@ -588,7 +588,7 @@ class CompiledProgram:
         return f"{allowed.words}, like {key}"
 
 
-def entry_of(program: Program, plan: Plan) -> tuple[Part, int]:
+def route_model_of(program: Program, plan: Plan) -> tuple[RouteModel, int]:
     """Return part and entry of the route of a plan; without one, of the shortest flight."""
     names = program.network.route_names
     for part in program.parts if plan else ():

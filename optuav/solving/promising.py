@@ -22,7 +22,7 @@ from optuav.network.obstacles import CLEAR
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
 from optuav.network.prisms import prisms
 from optuav.network.routes import build_routes
-from optuav.network.variants import Columns, Variants, stacked
+from optuav.network.variants import Columns, Variants, as_variants
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import (
@@ -35,11 +35,11 @@ from optuav.physics.kibam import (
     tilted_after,
 )
 from optuav.physics.quantity import Quantity, Vector, norm
-from optuav.solving.assemble import figures
+from optuav.solving.assemble import route_quantities
 from optuav.solving.balance import Balance, affine_charge, by_balance, longest_by_balance
 from optuav.solving.best_plans import (
     SLACK_S,
-    Best,
+    BestPlans,
     best_plans,
     hover_bounds_s,
     impossible,
@@ -47,7 +47,7 @@ from optuav.solving.best_plans import (
 )
 from optuav.solving.question import Question
 
-AT_ONCE = 1 << 12
+BUILDINGS_AT_ONCE = 1 << 12
 """Buildings that are bounded or solved together: their legs stay in the cache."""
 BOUNDED = 1 << 17  # Pairs of variants and buildings that are bounded together
 SHARE = 0.5  # Largest share of open buildings for which not all are solved
@@ -58,7 +58,7 @@ RARE = 0.1  # Share of variants that the routes tried first may leave open
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
 
 
-def narrowed(mission: Mission, question: Question) -> Network | None:
+def program_over_promising(mission: Mission, question: Question) -> Network | None:
     """The network of all routes that may be the best, or that the plan's notes or reasons mention.
 
     Its plan, or reasons for none, also hold for all routes. None if any route may be the best.
@@ -78,7 +78,7 @@ def narrowed(mission: Mission, question: Question) -> Network | None:
     if mission.flight.obstacle_rule in BENT:
         if not mission.flight_model.straight_is_least:
             return None  # Straight legs bound no bent ones
-        if len(names) <= AT_ONCE:
+        if len(names) <= BUILDINGS_AT_ONCE:
             return _past_bent(mission, question, places)
     # Walls forbid routes and make none better: only the legs to the best roofs are tried.
     clear = mission.replace({"flight.obstacles": "ignore"})
@@ -148,7 +148,7 @@ def _past_bent(mission: Mission, question: Question, places: Places) -> Network:
 
 def _found_s(network: Network, question: Question) -> Floats:
     """The best hover, at least 0, and the best `_figures_s`, of the routes of a network [s]."""
-    hover_s = best_plans(stacked(network), question).hover_time_s[0]
+    hover_s = best_plans(as_variants(network), question).hover_time_s[0]
     promised_s, *flights_s = _figures_s(network).max(axis=1, initial=-np.inf)
     return np.array([np.fmax(hover_s, 0.0), max(promised_s, 0.0), *flights_s])
 
@@ -161,15 +161,15 @@ def _open_routes(bounds_s: Floats, found_s: Floats) -> Booleans:
 def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
     """By route with a rest: what no Δ exceeds [s], and the figures of `_figures_s`."""
     count, bounds = len(mission.buildings), list[Floats]()
-    for begin in range(0, count, AT_ONCE):
-        network = network_by(mission, places, np.arange(begin, min(begin + AT_ONCE, count)))
+    for begin in range(0, count, BUILDINGS_AT_ONCE):
+        network = network_by(mission, places, np.arange(begin, min(begin + BUILDINGS_AT_ONCE, count)))
         bounds.append(_bounds_of(network, question))
     return np.concatenate(bounds, axis=1)
 
 
 def _bounds_of(network: Network, question: Question) -> Floats:
     """By route with a rest of a network: `_bounds_s`."""
-    bound_s = hover_bounds_s(stacked(network), question.perspective)[1:, 0]
+    bound_s = hover_bounds_s(as_variants(network), question.perspective)[1:, 0]
     return np.concatenate([bound_s[None], _figures_s(network)])
 
 
@@ -192,7 +192,7 @@ def few_near(mission: Mission, places: Places, size: int, *others: int) -> Netwo
     return _network_of(mission, places, np.union1d(nearest, np.array(others, dtype=np.intp)))
 
 
-def fewer(network: Network, columns: Columns, question: Question) -> Network | None:
+def promising_network(network: Network, columns: Columns, question: Question) -> Network | None:
     """Routes that give `best_of_few` most plans of such variants at once.
 
     Without variants to try them on, those near the hover point; None in smaller missions.
@@ -203,7 +203,7 @@ def fewer(network: Network, columns: Columns, question: Question) -> Network | N
         return None
     if not columns or mission.flight_model.least(0.0) is None:
         return few_near(mission, places, FIRST) if buildings >= MANY else None
-    likely = np.argsort(-hover_bounds_s(stacked(network), AVAILABLE)[1:, 0], kind="stable") // 2
+    likely = np.argsort(-hover_bounds_s(as_variants(network), AVAILABLE)[1:, 0], kind="stable") // 2
     while 4 * size <= buildings:
         tried = few_near(mission, places, size, *likely[: 2 * size].tolist())
         variants = Variants(tried, columns)
@@ -221,7 +221,7 @@ def takes_few(mission: Mission, question: Question) -> bool:
     return known and constant and takes_arrays(mission, question)
 
 
-def best_of_few(variants: Variants, places: Places, question: Question) -> Best:
+def best_plans_or_all(variants: Variants, places: Places, question: Question) -> BestPlans:
     """The plans that `best_plans` finds over all places, for variants of few of their routes.
 
     Variants that the few do not decide are solved over more of the buildings that bounds leave
@@ -257,7 +257,7 @@ def best_of_few(variants: Variants, places: Places, question: Question) -> Best:
             size *= 4
     for some in _in_turn(np.concatenate(over_all), 1 + BOUNDED // (2 * count)):
         solve(build_network(mission), some)
-    return Best(**plans)
+    return BestPlans(**plans)
 
 
 def _nearest(open_: Booleans, away_m: Floats, size: int) -> Booleans:
@@ -302,7 +302,7 @@ def _together(open_: Booleans) -> Iterator[tuple[list[int], Integers]]:
     members, union = list[int](), np.zeros(open_.shape[1], bool)
     for number in np.argsort(open_.sum(axis=1), kind="stable").tolist():
         wider = union | open_[number]
-        if members and (1 + len(members)) * np.count_nonzero(wider) > AT_ONCE:
+        if members and (1 + len(members)) * np.count_nonzero(wider) > BUILDINGS_AT_ONCE:
             yield members, np.flatnonzero(union)
             members, wider = [], open_[number]
         members, union = [*members, number], wider
@@ -333,7 +333,7 @@ def _contending(variants: Variants, hover_s: Floats, perspective: Perspective) -
 
     By charge and time, and through the wells, as if nothing stood in the way of legs and light.
     """
-    mission, table, flight = variants.mission, figures(variants), variants.mission.flight_model
+    mission, table, flight = variants.mission, route_quantities(variants), variants.mission.flight_model
     roofs_m, wells = mission.buildings.roof_m, perspective == AVAILABLE
     open_ = np.ones((variants.count, len(roofs_m)), bool)
     if wells and (leg := flight.least(_away_m(variants, roofs_m))) is not None:
@@ -387,7 +387,7 @@ def _through_wells(
     before. Where it falls all along, longer hovers and flights leave less; the leg between roof
     and hover point counts its charge only.
     """
-    mission, table = variants.mission, figures(variants)
+    mission, table = variants.mission, route_quantities(variants)
     pool = mission.pool
     hover = Stage(-table.hover_current_A, hover_s[:, None] - SLACK_S)
     falls = falls_throughout(pool, hover.current_A) & variants.falls_in_flight

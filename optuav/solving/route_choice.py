@@ -32,7 +32,7 @@ from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
 from optuav.solving.files import writer
 from optuav.solving.outcome import plan_of, plan_without, shortfalls
-from optuav.solving.parts import Part
+from optuav.solving.parts import RouteModel
 from optuav.solving.program import Program
 from optuav.solving.question import answer
 from optuav.solving.solve import formulate
@@ -205,10 +205,10 @@ def route_choice(
     return RouteChoice(plan, form, (tight, enough), model, relaxation_s, gap_s, shares)
 
 
-def _routes(program: Program) -> tuple[list[Route], list[Part]]:
+def _routes(program: Program) -> tuple[list[Route], list[RouteModel]]:
     """The routes that may be chosen, in tie-breaking order, each with its part."""
     network, question = program.network, program.question
-    routes, parts = list[Route](), list[Part]()
+    routes, parts = list[Route](), list[RouteModel]()
     for number, rests in sorted(
         (int(route), part.rests) for part in program.parts for route in part.routes
     ):
@@ -222,7 +222,7 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
         whole = Route(name, values)
         slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]
         routes += slots
-        parts += [Part(model, which)] * len(slots)
+        parts += [RouteModel(model, which)] * len(slots)
     return routes, parts
 
 

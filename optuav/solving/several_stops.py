@@ -22,7 +22,7 @@ from optuav.network.one_stop import all_legs, find_shortcuts
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import Routes, routes_along
 from optuav.network.timeline import phases_along, simulated, stay_net
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
@@ -131,7 +131,7 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     """The linear programmes of all sequences, each with a rest on its best building."""
     _, network = _every_sequence(program, network, rests, hovers)
     every_route = np.ones((1, len(network.routes)), bool)
-    declared = declarations(program.question, stacked(network), every_route)
+    declared = declarations(program.question, as_variants(network), every_route)
     return replace(program, network=network, parts=tuple(part for part, _ in declared))
 
 

@@ -15,11 +15,11 @@ from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import Network, build_network
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.outcome import more_stops_may_help, not_excluded
-from optuav.solving.parts import allowed
+from optuav.solving.parts import permitted_routes
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question, mission_and_question
 
@@ -202,10 +202,10 @@ def _routes_in_question(known: Mission, question: Question, graph: Graph | None)
     """The network of a mission; of a large town only the routes that decide, if they do."""
     many = MANY_BENT if known.flight.obstacle_rule in BENT else MANY
     if graph is None and len(known.buildings) >= many:
-        from optuav.solving.promising import narrowed
+        from optuav.solving.promising import program_over_promising
 
-        few = narrowed(known, question)
-        able = few is not None and allowed(stacked(few), question.problem).any()
+        few = program_over_promising(known, question)
+        able = few is not None and permitted_routes(as_variants(few), question.problem).any()
         if few and (able or impossibilities(few, one_stop=False)):
             return few
     return _network(known, graph)

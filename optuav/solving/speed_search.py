@@ -20,11 +20,11 @@ from optuav.network.legs import NO_LEG, Legs, legs_at, segment_ways
 from optuav.network.network import Network
 from optuav.network.places import HOVER
 from optuav.network.routes import routes_along
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.physics.quantity import Quantity, Vector
-from optuav.solving.assemble import entries, figures, legs_and_stays, quantities, turned
+from optuav.solving.assemble import subset, route_quantities, legs_and_stays, quantities, transpose
 from optuav.solving.balance import (
     Balance,
     affine_charge,
@@ -238,7 +238,7 @@ def _budget(
     network: Network, routes: Integers, perspective: Perspective
 ) -> tuple[Balance, Floats, Floats]:
     """The balance of routes, the flight charge [A s] that it allows, and its share per A s."""
-    table = turned(figures(stacked(network)))
+    table = transpose(route_quantities(as_variants(network)))
     without = replace(table, flight_charge_As=0.0, flight_energy_J=0.0)
 
     def of_routes(given: Quantities) -> Balance:
@@ -278,7 +278,7 @@ def hover_bounds_at_any_speed_s(speeds: LegSpeeds) -> Floats:
     hover_A = vehicle.hover_load(mission).current_A - fastest.places.charge_current_A[HOVER]
     tilted = hover_A < 0.0 or vehicle.start(mission).tilt_As > 0.0
     perspective = AVAILABLE if falls and not tilted else "battery"
-    bounds_s = hover_bounds_s(stacked(replace(best, routes=routes)), perspective)[:, 0]
+    bounds_s = hover_bounds_s(as_variants(replace(best, routes=routes)), perspective)[:, 0]
     return np.minimum(bounds_s, _bounds_from_full_s(best, hover_A)) if hover_A > 0.0 else bounds_s
 
 
@@ -381,7 +381,7 @@ class RouteSpeeds:
         self.leg = self.legs[flown]
         self.way_m = vector(speeds.ways_m[:, self.segment, self.leg])
         one, rests = np.zeros(1, np.intp), bool(network.routes.building[0] >= 0)
-        self.given = entries(quantities(network, one, rests=rests, steps=False), 0)
+        self.given = subset(quantities(network, one, rests=rests, steps=False), 0)
         self.stays = [stay for _, stay in legs_and_stays(network, one, rests)]
 
     def starts(self, price_A: float) -> Floats:

@@ -18,7 +18,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import stay_net
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.options import Perspective
 from optuav.search.branch import TIE_S, SearchResult, Stops
 from optuav.silence import silent
@@ -45,7 +45,7 @@ def longest_by_charge(
     """
     best: Stops | None = None
     by_end = replace(network, mission=network.mission.replace({"limits.keep_soc": "end"}))
-    bounds_s = longest_by_balance(balance(stacked(by_end), perspective))[:, 0]
+    bounds_s = longest_by_balance(balance(as_variants(by_end), perspective))[:, 0]
     known = _sequences(by_end, places, perspective)
     latest = time.monotonic() + (np.inf if time_limit_s is None else time_limit_s)
     longest_s, ended = -np.inf, ""

@@ -21,15 +21,15 @@ from optuav.mission.keys import numeric_keys
 from optuav.mission.messages import shown
 from optuav.network.network import build_network
 from optuav.network.places import ENDS
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
-from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
-from optuav.solving.promising import best_of_few, fewer
+from optuav.solving.best_plans import CODES, REASONS, STATUSES, BestPlans, best_plans, takes_arrays
+from optuav.solving.promising import best_plans_or_all, promising_network
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
 from optuav.solving.solve import formulate, solve
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
-from optuav.studies.scenarios import AT_ONCE, ROW, Scenarios, check, values_of
+from optuav.studies.scenarios import ITINERARIES_AT_ONCE, ROW, Scenarios, check, values_of
 
 if TYPE_CHECKING:
     import xarray
@@ -319,7 +319,7 @@ def _stacked(
     first = 0
     while first < len(every):
         one, asked, last = every[first], questions[first], first + 1
-        many = one.count * (1 + 2 * len(one.mission.buildings)) > AT_ONCE
+        many = one.count * (1 + 2 * len(one.mission.buildings)) > ITINERARIES_AT_ONCE
         if not many and all(takes_arrays(one.mission, question) for question in asked):
             while last < len(every) and questions[last] == asked and _alike(one, every[last]):
                 last += 1
@@ -343,36 +343,36 @@ def _alike(one: Scenarios, other: Scenarios) -> bool:
 
 def best_of(
     scenarios: Scenarios, questions: Sequence[Question]
-) -> Iterator[tuple[int, Variants, list[Best]]]:
+) -> Iterator[tuple[int, Variants, list[BestPlans]]]:
     """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
     few = None
     if len(questions) == 1 and not scenarios.towns:
         tried = scenarios.columns(0, TRIED) if scenarios.count > TRIED else {}
-        few = fewer(scenarios.network, tried, questions[0])
+        few = promising_network(scenarios.network, tried, questions[0])
     for first, variants in scenarios.variants(few):
-        answers = list[Best]()
+        answers = list[BestPlans]()
         for question in questions:
             if takes_arrays(scenarios.base, question):
                 with suppress(SolverError):  # of one scenario: then each is solved by itself
                     if few is None:
                         answers.append(best_plans(variants, question))
                     else:
-                        answers.append(best_of_few(variants, scenarios.network.places, question))
+                        answers.append(best_plans_or_all(variants, scenarios.network.places, question))
                     continue
             missions = scenarios.missions(first, variants.count)
             singly = (vars(best_alone(one, question)).values() for one in missions)
-            answers.append(Best(*map(np.concatenate, zip(*singly, strict=True))))
+            answers.append(BestPlans(*map(np.concatenate, zip(*singly, strict=True))))
         yield first, variants, answers
 
 
-def best_alone(mission: Mission | InputError, question: Question) -> Best:
+def best_alone(mission: Mission | InputError, question: Question) -> BestPlans:
     """The best plan of a mission; none if it contradicts itself; with several rests, the first.
 
     The reason for none comes from the perspective battery with one stop, if it has none either.
     """
-    best = Best.none(1)
+    best = BestPlans.none(1)
 
-    def without(status: Status, reason: str) -> Best:
+    def without(status: Status, reason: str) -> BestPlans:
         best.status[:], best.reason[:] = STATUSES.index(status), CODES[reason]
         return best
 
@@ -386,7 +386,7 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
         return without(plan.status, plan.status.value)
     if not plan:
         alike = replace(question, problem=P1(), perspective="battery")
-        simpler = best_plans(stacked(build_network(mission)), alike)
+        simpler = best_plans(as_variants(build_network(mission)), alike)
         names = [*CODES]
         return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]

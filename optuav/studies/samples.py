@@ -24,8 +24,8 @@ from optuav.mission.keys import (
     PER_SECOND,
     Key,
     as_stated,
-    homeless_keys,
-    now_of,
+    keys_of_missing_tables,
+    stated_value,
     numeric_keys,
     stated_keys,
     unknown_keys,
@@ -217,7 +217,7 @@ def unstated(mission: Mission) -> Iterator[Spread]:
 def completed(mission: Mission, stated: Sequence[Spread]) -> Mission:
     """Return the mission with values for spread keys that it does not state."""
     now = {spread.key.name: spread.key.now for spread in stated}
-    values = {key: value for key, value in now.items() if now_of(mission, key) is None}
+    values = {key: value for key, value in now.items() if stated_value(mission, key) is None}
     return mission.replace(as_stated(mission, values))
 
 
@@ -236,7 +236,7 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
     spreads_found, faults, forms = list[Spread](), list[Fault](), [*dotted(content)]
     names = dict.fromkeys(name for name, _ in forms)
     faults += unknown_keys(names)
-    faults += homeless_keys(mission, [name for name in names if name in numeric_keys()])
+    faults += keys_of_missing_tables(mission, [name for name in names if name in numeric_keys()])
     wrong = {fault.key for fault in faults}
     forms = [(name, form) for name, form in forms if name not in wrong]
     known = _known(mission)

@@ -20,8 +20,8 @@ from optuav.mission.keys import (
     PER_MINUTE,
     PER_SECOND,
     as_stated,
-    homeless_keys,
-    now_of,
+    keys_of_missing_tables,
+    stated_value,
     numeric_keys,
     unknown_keys,
 )
@@ -39,7 +39,7 @@ DISPLACED: Mapping[str, tuple[str, ...]] = {
 """Keys that a new value of others displaces."""
 MOST = 10**9
 ROW = "scenario"
-AT_ONCE = 1 << 17
+ITINERARIES_AT_ONCE = 1 << 17
 """Itineraries computed together: few enough to stay in the cache. No result depends on it."""
 HELD_BYTES = 31 << 20
 """Size of a block whose release lets glibc keep as much memory from then on, rather than return it
@@ -80,7 +80,7 @@ class Scenarios:
     def base(self) -> Mission:
         """The mission completed with the keys that it does not state itself."""
         first, mission = self._first(), self.mission
-        return mission.replace({key: first[key] for key in first if now_of(mission, key) is None})
+        return mission.replace({key: first[key] for key in first if stated_value(mission, key) is None})
 
     @cached_property
     def network(self) -> Network:
@@ -106,7 +106,7 @@ class Scenarios:
         """All of them, some at a time, with the number of the first; of few routes on demand."""
         np.empty(HELD_BYTES, np.uint8)
         network = few or self.network
-        variants, at_once = None, max(1, AT_ONCE // len(network.routes))
+        variants, at_once = None, max(1, ITINERARIES_AT_ONCE // len(network.routes))
         if self.towns:  # Whole towns
             per_town = self.count // len(self.towns)
             at_once = per_town * max(1, at_once // per_town)
@@ -136,9 +136,9 @@ class Scenarios:
                 table = [CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in known.tolist()]
                 columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
         for key, sizes in DISPLACED.items():
-            stated, changed = now_of(mission, key), [size for size in sizes if size in columns]
+            stated, changed = stated_value(mission, key), [size for size in sizes if size in columns]
             if stated is not None and key not in columns and changed:
-                same = np.logical_and.reduce([columns[e] == now_of(mission, e) for e in changed])
+                same = np.logical_and.reduce([columns[e] == stated_value(mission, e) for e in changed])
                 columns[key] = np.where(same, stated, np.nan)
         return columns
 
@@ -164,7 +164,7 @@ class Scenarios:
         if seen and not isinstance(self.rows, Draws):
             for key, values in {**(self.rows or {}), **self.grid}.items():
                 first[key] = first[key] or float(values[np.abs(values).argmax()])
-        apart = {key for key in first if key in BOUND and now_of(self.mission, key) is not None}
+        apart = {key for key in first if key in BOUND and stated_value(self.mission, key) is not None}
         return as_stated(self.mission, {key: first[key] for key in first if key not in apart})
 
 
@@ -173,7 +173,7 @@ def check(found: Scenarios) -> None:
     if found.count > MOST:
         refuse([Fault("", f"{found.count} scenarios", f"at most {MOST}")])
     values, mission = found.stated(0, 1), found.mission
-    refuse(homeless_keys(mission, values))
+    refuse(keys_of_missing_tables(mission, values))
     if values:
         _refuse_wavelengths(found)
         mission.replace(first := found._first())

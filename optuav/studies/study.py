@@ -21,7 +21,7 @@ from optuav.fields import Allowed, Range
 from optuav.mission import load_all
 from optuav.mission.files import STANDARD, beside, label, read_toml
 from optuav.mission.load import is_name
-from optuav.mission.messages import allowed, misfits, nearest, shown
+from optuav.mission.messages import range_in_words, misfits, nearest, shown
 from optuav.options import Perspective
 from optuav.solving.question import ASKED, Question, checked_question, perspectives_of, problem_of
 from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, dotted, sobol, spreads
@@ -120,7 +120,7 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
         )
     known = StudyFile.model_fields
     for key in keys:
-        words = allowed(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
+        words = range_in_words(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
         faults.append(Fault(key, shown(document.pop(key)), words))
     return StudyFile.model_validate(document)
 

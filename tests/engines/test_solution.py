@@ -15,7 +15,7 @@ import pytest
 
 import optuav
 from optuav.engines import prices, registry
-from optuav.engines.solution import Solution, single, stacked
+from optuav.engines.solution import Solution, single, concatenated
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
 from optuav.options import Perspective
@@ -146,10 +146,10 @@ def test_the_proof_of_stacked_solutions_is_of_one_that_answers() -> None:
     """Not of a route that happens to be first and has no plan."""
     none = single(limited(), "test", {}, Status.INFEASIBLE, "none of 9 starts")
     answer = replace(two_answers(3.0).only(0), proof="the best of 9 starts", given={})
-    found = stacked([none, answer])
+    found = concatenated([none, answer])
     assert found.proof == "the best of 9 starts"
     assert found.statuses == [Status.INFEASIBLE, Status.OPTIMAL]
-    assert stacked([none, none]).proof == "none of 9 starts"
+    assert concatenated([none, none]).proof == "none of 9 starts"
 
 
 def test_multipliers_that_follow_from_the_answer_are_computed_on_first_use(
@@ -173,7 +173,7 @@ def test_multipliers_that_follow_from_the_answer_are_computed_on_first_use(
 
 
 def test_stacked_solutions_compute_their_multipliers_on_first_use() -> None:
-    found = stacked([replace(corner(4.0, {}), duals=None), replace(corner(4.0, {}), duals=None)])
+    found = concatenated([replace(corner(4.0, {}), duals=None), replace(corner(4.0, {}), duals=None)])
     assert [found.multipliers_at(k)["above"] for k in (0, 1)] == pytest.approx([2 / 3, 2 / 3])
 
 

@@ -14,9 +14,9 @@ from formulations.p1 import P1
 from optuav.mission import Mission
 from optuav.network.graph import edited_network
 from optuav.network.network import Network, build_network
-from optuav.network.variants import stacked
+from optuav.network.variants import as_variants
 from optuav.options import ORDERS, TRAJECTORIES, Order
-from optuav.solving.parts import allowed
+from optuav.solving.parts import permitted_routes
 from tests.examples import few
 from tests.mission.strategies import missions
 
@@ -25,7 +25,7 @@ PAPER = optuav.load("paper")
 
 def trajectory_routes(network: Network, name: Any, order: Order | None = None) -> Any:
     """Numbers of the flyable routes that a trajectory may use, in one order or in both."""
-    return allowed(stacked(network), P1(trajectory=name, order=order)).nonzero()[1]
+    return permitted_routes(as_variants(network), P1(trajectory=name, order=order)).nonzero()[1]
 
 
 def chosen(mission: Mission, name: Any, order: Order | None = None) -> list[tuple[str, ...]]:

@@ -9,7 +9,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants, as_variants
 
 COUNT = 25
 
@@ -89,7 +89,7 @@ def test_networks_below_one_another_are_the_variants_of_their_missions(name: str
     columns = drawn(mission)
     whole = Variants(build_network(mission), columns)
     missions = [alone(mission, columns, number) for number in range(COUNT)]
-    below = stacked(*(build_network(each) for each in missions))
+    below = as_variants(*(build_network(each) for each in missions))
     assert below.count == whole.count
     for table in ("position_m", "able", "hover_load", "received", "flight"):
         tables = getattr(below, table), getattr(whole, table)
@@ -106,7 +106,7 @@ def test_an_energy_that_a_new_size_displaces_is_computed() -> None:
     mission = optuav.load("paper-table2")
     larger = mission.replace({"battery.capacity_As": 40_000})
     assert larger.battery.flight_energy_J is None
-    column = stacked(build_network(mission), build_network(larger)).mission.battery.flight_energy_J
+    column = as_variants(build_network(mission), build_network(larger)).mission.battery.flight_energy_J
     known_J, displaced_J = np.ravel(column)  # type: ignore[arg-type]
     assert known_J == mission.battery.flight_energy_J
     assert np.isnan(displaced_J)

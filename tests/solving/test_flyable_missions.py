@@ -25,7 +25,7 @@ from optuav import Mission, Plan, SolverError
 from optuav.engines import bracket
 from optuav.options import ORDERS
 from optuav.solving import Program, formulate
-from optuav.solving.parts import Part
+from optuav.solving.parts import RouteModel
 from optuav.solving.question import problem_of
 from optuav.status import Status
 from tests.examples import few
@@ -96,7 +96,7 @@ def by(program: Program, engine: str, slot_s: float | None = None) -> Program:
     return replace(program, question=replace(program.question, engine=engine, slot_s=slot_s))
 
 
-def beyond_of(program: Program, part: Part, tally: Counter[str]) -> float:
+def beyond_of(program: Program, part: RouteModel, tally: Counter[str]) -> float:
     """What no hover of a part exceeds [s], −∞ if none is possible; both ends held against wells."""
     found, network = bracket.solve(part.model, len(part.routes)), program.network
     assert found.beyond is not None

@@ -188,7 +188,7 @@ def test_straight_legs_bound_bent_ones(name: str, changes: Any, expected: bool) 
             both = getattr(first, figure) + getattr(second, figure)
             assert (both >= getattr(straight, figure)).all()
     else:
-        assert promising.narrowed(mission, checked_question(mission)) is None
+        assert promising.program_over_promising(mission, checked_question(mission)) is None
 
 
 def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,7 +196,7 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 2000})
     question = checked_question(mission)
     monkeypatch.setattr(promising, "FIRST", 1)
-    network = promising.narrowed(mission, question)
+    network = promising.program_over_promising(mission, question)
     assert network is not None
     assert len(network.routes) < 21
     assert best_plan(question, network).phases == optuav.solve(mission).phases
@@ -204,7 +204,7 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         promising, "_bounds_s", lambda *_: np.stack([shared + np.inf, *3 * [shared]])
     )
-    everything = promising.narrowed(mission, question)
+    everything = promising.program_over_promising(mission, question)
     assert everything is not None
     assert len(everything.routes) == 21
 
@@ -305,7 +305,7 @@ def test_bounds_leave_few_buildings_to_solve(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(promising, "_numbered", numbered)
     monkeypatch.setattr(sight, "crossed", counted)
     few = promising.few_near(town, places, 10)
-    best = promising.best_of_few(Variants(few, lasers_m), places, checked_question(town))
+    best = promising.best_plans_or_all(Variants(few, lasers_m), places, checked_question(town))
     assert (best.route > 0).all()
     assert sum(routes) < 0.2 * 60 * 601
     assert sum(lines) < 0.2 * 60 * 303

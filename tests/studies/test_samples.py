@@ -11,7 +11,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
-from optuav.mission.keys import now_of, numeric_keys
+from optuav.mission.keys import stated_value, numeric_keys
 
 SPREAD = {
     "battery.capacity_As": {"low": 30e3, "high": 40e3},
@@ -180,7 +180,7 @@ def test_uncertain_keys_are_those_of_a_batch(monkeypatch: pytest.MonkeyPatch) ->
         for place, (key, allowed) in enumerate(numeric_keys().items(), number):
             if allowed.whole or key == "laser.wavelength_nm":
                 continue
-            now = now_of(mission, key) if getattr(mission, key.partition(".")[0]) else None
+            now = stated_value(mission, key) if getattr(mission, key.partition(".")[0]) else None
             least = (allowed.ge or 0.0) if allowed.gt is None else allowed.gt + 1e-6
             most = (allowed.lt if allowed.le is None else allowed.le) or least + 1.0
             low, high = least, least + min(1e-3, 0.5 * (most - least))

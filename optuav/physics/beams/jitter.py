@@ -18,7 +18,7 @@ FARTHEST = 8.5  # Displacement in standard deviations per axis; 2e-16 of the law
 STEPS, NEAR = 24, 1e-6
 """Steps for the displacement where a limit begins to act, and a step small enough as a share
 of the standard deviation: an error there counts in its square."""
-AT_ONCE = 256  # Places that are computed together: as many as fit the cache
+PLACES_AT_ONCE = 256  # Places that are computed together: as many as fit the cache
 
 
 def limited_share(
@@ -38,8 +38,8 @@ def limited_share(
     result, *rows = (np.array(figure, dtype=float).ravel() for figure in figures)
     weights, S = mixture() if rows[2].any() else (np.ones(1), np.zeros(1))
     (limited,) = np.nonzero((rows[3] > 0.0) & (rows[4] < 1.0))
-    for first in range(0, len(limited), AT_ONCE):
-        part = limited[first : first + AT_ONCE]
+    for first in range(0, len(limited), PLACES_AT_ONCE):
+        part = limited[first : first + PLACES_AT_ONCE]
         a, w2, blur, away, most = (row[part, np.newaxis] for row in rows)
         w2 = w2 + blur * S
         # Where it acts at no displacement or at all of them, the mean is the answer.
