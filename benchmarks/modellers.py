@@ -19,7 +19,7 @@ from benchmarks.timing import Row, interleaved_s
 from optuav.engines import closed_form
 from optuav.mission import Mission, load
 from optuav.solving import formulate, solve
-from optuav.solving.parts import RouteModel
+from optuav.solving.route_models import RouteModel
 
 Answer = tuple[float, float, float, float]
 """Δ, T' [s] and the multipliers of charge [s/(A s)] and deadline [s/s]."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import optuav
 from optuav.looks import colour
-from optuav.network.scene import scene
+from optuav.network.map_extent import scene
 
 PX_PER_M = 0.135
 LEFT, BOTTOM = 112.0, 290.0

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 from formulations.formulation import Formulation, Given
-from formulations.soc import AVAILABLE, levels
+from formulations.soc import AVAILABLE, wells_after_steps
 from optuav.modelling import Model
 from optuav.options import Order
 
@@ -45,7 +45,7 @@ class Cycle(Formulation):
                 "start_bound_As", "y2_0", unit="A s", upper=given.battery_As - full_As
             )
             given = replace(given, start_soc=None, start_available_As=y1, start_bound_As=y2)
-            end = levels(given, hover, rest)[-1]
+            end = wells_after_steps(given, hover, rest)[-1]
             # As shares of the capacity, which a solver's tolerance suits better than charges.
             size_As = given.battery_As
             model.subject_to("Cycle.a available well", end.available_As / size_As == y1 / size_As)

@@ -52,12 +52,12 @@ def adjusted(given: Quantities, hover: Operand, rest: Operand) -> Operand:
 def stepwise(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """(y1 + y2)/B through both wells, which take all that they are given, as in `battery`."""
     given = replace(given, tapers=False)
-    return levels(given, hover, rest)[-1].total_As / given.battery_As
+    return wells_after_steps(given, hover, rest)[-1].total_As / given.battery_As
 
 
 def tapered(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """(y1 + y2)/B where the battery takes less once it is full; a name stands for it in a tree."""
-    end = levels(given, hover, rest)[-1].total_As / given.battery_As
+    end = wells_after_steps(given, hover, rest)[-1].total_As / given.battery_As
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
@@ -113,7 +113,7 @@ def soc_on_landing(
 ) -> Operand:
     """State of charge [-] at the end of a leg that is not the last, by the perspective."""
     if perspective == "wells" or (given.tapers and perspective == AVAILABLE):
-        return levels(given, hover, rest)[landing.step].total_As / given.battery_As
+        return wells_after_steps(given, hover, rest)[landing.step].total_As / given.battery_As
     flown = {"flight_charge_As": landing.charge_As, "flight_energy_J": landing.energy_J}
     before = zip(STAYS, (hover, rest), strict=True)
     times = (time if stay in landing.stays else 0.0 for stay, time in before)
@@ -129,7 +129,7 @@ def start_charge(whole: Battery, given: Quantities) -> Tilted:
     return kibam.start(whole)
 
 
-def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
+def wells_after_steps(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     """The wells after every step of the itinerary.
 
     Constraints share the trees of the same times; steps have names, which keeps the page short.
@@ -246,7 +246,7 @@ class WellLimit(NamedTuple):
 def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[WellLimit]:
     """Limits that keep y1/B within 0 and ω after every step, in order."""
     flight, stage, last = 1, 0, len(given.steps) - 1
-    ends = zip(given.steps, levels(given, hover, rest), strict=True)
+    ends = zip(given.steps, wells_after_steps(given, hover, rest), strict=True)
     for number, (step, level) in enumerate(ends):
         share = level.available_As / given.battery_As
         stay = step if isinstance(step, str) else ""

@@ -22,7 +22,7 @@ from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.fields import Range
 from optuav.mission import Mission, load, shipped
-from optuav.mission.files import beside, label, read_toml
+from optuav.mission.files import label, read_toml, resolve_from
 from optuav.mission.messages import (
     error_words,
     nearest,
@@ -291,7 +291,7 @@ def read_table(path: Path) -> ResultsTable:
     if not content.rows:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
     base, mission = content.mission, None
-    base = base if base in shipped() else str(beside(path.parent, base))
+    base = base if base in shipped() else str(resolve_from(path.parent, base))
     with collected(faults):
         known = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
         mission = tie(load(base).replace(known), tied)

@@ -24,14 +24,14 @@ files: dict[str, str] = {}
 def problem_class(stated: str) -> type[Formulation]:
     """Run the file of ``FILE.py:CLASS``, and return its class."""
     from formulations.formulation import Formulation
-    from optuav.mission.files import expanded, read_text
+    from optuav.mission.files import expand_home, read_text
 
     name, _, kind = stated.rpartition(":")
     if not name.endswith(".py"):
         raise InputError(
             [Fault("--problem", repr(stated), "FILE.py:CLASS, such as mine.py:LeastLaser")]
         )
-    path = expanded(name, "--problem")
+    path = expand_home(name, "--problem")
     text, place = read_text(path, LARGEST_BYTES), path.resolve()
     files[str(place)], module = name, ModuleType("problem_file")
     sys.modules[module.__name__], module.__file__ = module, str(place)

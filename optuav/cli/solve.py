@@ -116,7 +116,7 @@ def explain(
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
     the answer is not proved.
     """
-    from optuav.solving.outcome import MORE_STOPS
+    from optuav.solving.more_stops import MORE_STOPS
     from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}

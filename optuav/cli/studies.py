@@ -96,7 +96,7 @@ def compare(
 
     Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
-    from optuav.studies.methods import MethodComparison
+    from optuav.studies.compare_methods import MethodComparison
 
     try:
         lengths_s = None if slots_s is None else [decimal(length) for length in slots_s.split(",")]

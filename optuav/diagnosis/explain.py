@@ -36,11 +36,12 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
+from optuav.solving.constraint_words import words
 from optuav.solving.free_speed import FreeSpeedProgram
-from optuav.solving.outcome import more_stops_may_help, not_excluded, words
+from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
-from optuav.solving.parts import RouteModel
 from optuav.solving.question import PROBLEM_NAMES, mission_and_question, problem_of
+from optuav.solving.route_models import RouteModel
 from optuav.solving.solve import calm_notes
 from optuav.status import SAME_S, Status
 

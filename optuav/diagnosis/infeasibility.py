@@ -38,8 +38,9 @@ from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.traversal import leaves
 from optuav.presentation.numbers import figure
 from optuav.solving import Program
-from optuav.solving.outcome import moments, subset, words
-from optuav.solving.parts import RouteModel
+from optuav.solving.constraint_words import moments, words
+from optuav.solving.no_plan import subset
+from optuav.solving.route_models import RouteModel
 
 ZERO = Fraction(0)
 LEAST_VIOLATION = Fraction(1, 10**11)

@@ -179,13 +179,13 @@ def _effects(
                 values[parameter.name][k] += step
         columns = {name: table.ravel() for name, table in values.items()}
         solution_moved = AGAIN[solution.engine](part.model, math.prod(shape), columns)
-        table = (part.model.towards * solution_moved.objective).reshape(shape)
+        table = (part.model.sign * solution_moved.objective).reshape(shape)
         best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
         unclear = np.isin(solution_moved.statuses, [Status.FEASIBLE, Status.UNKNOWN])
         is_open |= unclear.reshape(shape).any(axis=1)
     winner, entry = solutions[chosen[0]], chosen[1]
     before = float(winner.objective[entry])
-    change = program.parts[chosen[0]].model.towards * best - before
+    change = program.parts[chosen[0]].model.sign * best - before
     exact = all(solution.engine == closed_form.NAME for solution in solutions)
     rounding = ROUNDED * abs(before) if exact else BRACKETED * winner.second[entry]
     change[np.abs(change) <= rounding] = 0.0

@@ -32,8 +32,8 @@ from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
 from optuav.solving.longest import ITINERARIES_AT_ONCE
-from optuav.solving.parts import permitted_routes, declarations
 from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question
+from optuav.solving.route_models import declarations, permitted_routes
 from optuav.status import Status
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")

@@ -237,7 +237,10 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
     if plan and not plan.has_several_stops:
         limits, end_s = mission.limits, plan.mission_time_s
         if limits.deadline_s - end_s > SAME * limits.deadline_s:
-            yield "limits.deadline_s", KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends there")
+            yield (
+                "limits.deadline_s",
+                KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends there"),
+            )
         left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
         if limits.keep_soc == "always":
             rows = (side.left for side in explained.constraints if side.kind == "state of charge")
@@ -254,6 +257,11 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         yield from ((power, unreached), (current, unreached))
     elif mission.laser.power_W >= capped_W:
         words = f"the charging current caps at {current_A:g} A"
-        yield power, KeyWithoutEffect(capped_W, None, words if capped_W else "the mission states the current")
+        yield (
+            power,
+            KeyWithoutEffect(
+                capped_W, None, words if capped_W else "the mission states the current"
+            ),
+        )
     elif most_A < current_A:
         yield current, KeyWithoutEffect(most_A, None, f"the laser gives {most_A:.3g} A at most")

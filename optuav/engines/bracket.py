@@ -193,7 +193,9 @@ def _sweep(
         return least
 
     # With that y, a little farther as a rule.
-    farthest, _ = bracket_root(margin, x[known], beyond[known], EDGE_S, y[known], *some(rows, known))
+    farthest, _ = bracket_root(
+        margin, x[known], beyond[known], EDGE_S, y[known], *some(rows, known)
+    )
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
 

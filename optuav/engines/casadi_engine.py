@@ -130,7 +130,7 @@ class CasadiProgramme:
         self.model, self.base, self.limit_s = model, model.row(0), time_limit_s or math.inf
         self.names = [variable.name for variable in model.variables]
         self.linear = traits(model).linear
-        self.goals = [-model.towards * model.objective, *model.preferences]
+        self.goals = [-model.sign * model.objective, *model.preferences]
         self.constraints = [row for row in model.constraints if has_unknowns(*row.relation.sides)]
         self.options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
         if time_limit_s is not None:

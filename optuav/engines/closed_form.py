@@ -67,7 +67,7 @@ def solve(
         engine=NAME,
         proof=PROOF,
         statuses=[FOUND_OUT[code] for code in found_out.tolist()],
-        objective=form.towards * reached + 0.0,
+        objective=form.sign * reached + 0.0,
         values=dict(zip(form.names, points, strict=True)),
         duals=None,
         declared=model,

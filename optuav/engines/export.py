@@ -88,7 +88,7 @@ def _by_highs(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
     notes = [f"{name} is {_symbol(unknown)}" for name, unknown in pairs]
     file = highspy.Highs()  # type: ignore[no-untyped-call]
     file.setOptionValue("output_flag", False)
-    goal, constant = rows.towards * rows.directions[0, :, 0], rows.towards * rows.offsets[0, 0]
+    goal, constant = rows.sign * rows.directions[0, :, 0], rows.sign * rows.offsets[0, 0]
     _refuse("objective", [*goal, constant])
     file.changeObjectiveOffset(constant)
     if model.sense == "maximise":

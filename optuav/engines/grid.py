@@ -138,7 +138,7 @@ def _best_cell(
     model: Model, parameters: Values, ways: list[Floats], latest: float, seen: Progress | None
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None without one."""
-    sign, tried, count = model.towards, 0, math.prod(map(len, ways))
+    sign, tried, count = model.sign, 0, math.prod(map(len, ways))
     flat, formed, curved = tests(model, parameters)
     most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
     trees = [model.objective, *model.preferences]
@@ -196,7 +196,7 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
     for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
         moved = {**here, variable.name: point[variable.name] + step_s}
         better = evaluate(model.objective, moved) - evaluate(model.objective, here)
-        if model.towards * better >= 0.0:
+        if model.sign * better >= 0.0:
             broken = [row.constraint for row in evaluated(model, moved) if not row.satisfied]
             yield from {
                 constraint.kind or constraint.label: constraint.label for constraint in broken[::-1]

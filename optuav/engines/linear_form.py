@@ -37,7 +37,7 @@ class LinearForm:
     limits: Floats  # b (row, programme)
     directions: Floats  # What to maximise first, then among equals…: (goal, unknown, programme)
     offsets: Floats  # Constants of these goals (goal, programme)
-    towards: float  # 1 if the model maximises, −1 if it minimises: sign of the first goal
+    sign: float  # 1 if the model maximises, −1 if it minimises: sign of the first goal
     bounds: tuple[tuple[int, int], ...]  # (row, unknown) of the unknowns' own bounds
 
     @property
@@ -69,7 +69,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
             labels.append(constraint.label)
             signs.append(sign if is_bound or relation.sense == "==" else 1.0)
             rows.append((sign, form))
-    goals = [(model.towards, affine(model.objective, values, done))]
+    goals = [(model.sign, affine(model.objective, values, done))]
     goals += [(-1.0, affine(preference, values, done)) for preference in model.preferences]
 
     def stack(forms: Sequence[tuple[float, Affine]]) -> tuple[Floats, Floats]:
@@ -84,7 +84,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
 
     normals, constants = stack(rows)
     figures = normals, -constants, *stack(goals)
-    return LinearForm(names, (*labels,), (*signs,), *figures, model.towards, (*bounds,))
+    return LinearForm(names, (*labels,), (*signs,), *figures, model.sign, (*bounds,))
 
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:

@@ -115,7 +115,7 @@ def nonlinear_form(model: Model, parameters: Mapping[str, float]) -> NonlinearFo
     """
     names = tuple(variable.name for variable in model.variables)
     rows = [row for row in model.constraints if has_unknowns(*row.relation.sides)]
-    goal = -model.towards * model.objective
+    goal = -model.sign * model.objective
     gaps = [row.relation.signs[0] * (row.relation.left - row.relation.right) for row in rows]
 
     def point(x: Floats) -> dict[str, float]:

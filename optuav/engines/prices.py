@@ -85,7 +85,7 @@ def local_multipliers(model: Model, values: Values) -> dict[str, float]:
     names = [variable.name for variable in model.variables]
     goal, rows = _rate(slope(model.objective, values), names), _met(model, values, names)
     normals = np.array([*rows.values()]).reshape(-1, len(names))
-    weights = next(basic_multipliers(normals, model.towards * goal), np.empty(0))
+    weights = next(basic_multipliers(normals, model.sign * goal), np.empty(0))
     constraints = list(relations(model))
     found: dict[str, float] = {}
     for (number, turn), weight in zip(rows, weights.tolist(), strict=False):
@@ -284,7 +284,7 @@ def _prices_at(
     model: Model, parameters: Values, points: Sequence[Values], share: float
 ) -> dict[str, ShadowPrice]:
     """Shadow price of every parameter at optimal points; empty without points."""
-    sign, count, named = model.towards, len(model.variables), list(model.parameters)
+    sign, count, named = model.sign, len(model.variables), list(model.parameters)
     names = [*(variable.name for variable in model.variables), *named]
     at = np.array([parameters[n] for n in named])
     size = NEGLIGIBLE / np.maximum(1.0, np.abs(at))
@@ -353,7 +353,7 @@ def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) ->
     if not multipliers or any(map(math.isnan, multipliers.values())):
         return Residuals(violation + 0.0)
     names = [variable.name for variable in model.variables]
-    steepness = model.towards * _rate(slope(model.objective, values, done), names)
+    steepness = model.sign * _rate(slope(model.objective, values, done), names)
     negative, products = [0.0], [0.0]
     for row in rows[: len(model.constraints)]:
         weight, relation = multipliers.get(row.label, 0.0), row.constraint.relation

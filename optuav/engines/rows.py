@@ -37,7 +37,9 @@ Margin: TypeAlias = Callable[..., Floats]
 """Values at one point of each of some intervals, from what belongs to them."""
 
 MOST_STEPS = 200
-ROUNDED_ROW = 2e-13  # Share of the sum of a row's terms that it may fall short of 0 by, for rounding
+ROUNDED_ROW = (
+    2e-13  # Share of the sum of a row's terms that it may fall short of 0 by, for rounding
+)
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
 TINY = 1e-200  # Replacement of a rate of 0, as in the physics, which engines do not import

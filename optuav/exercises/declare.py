@@ -182,7 +182,7 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
     holds = _all(check(wanted, points), next(iter(points.values())).shape)
     inside = {name: values[holds] for name, values in points.items()}
     asked, own = (
-        problem.towards * np.broadcast_to(evaluate(problem.objective, inside), int(holds.sum()))
+        problem.sign * np.broadcast_to(evaluate(problem.objective, inside), int(holds.sum()))
         for problem in (wanted, model)
     )
     own = own[np.lexsort((-own, asked))]

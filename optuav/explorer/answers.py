@@ -22,8 +22,8 @@ from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission
 from optuav.mission.keys import stated_value
 from optuav.mission.mission import toml_of
+from optuav.network.map_extent import Scene, scene
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
-from optuav.network.scene import Scene, scene
 from optuav.plan import Plan
 from optuav.plan.display import (
     levels,

@@ -9,7 +9,7 @@ from typing import Any
 from optuav.errors import Fault, InputError, printable
 from optuav.judge.timeline import STOP, Itinerary, stop_breaches
 from optuav.mission import Mission, load, shipped
-from optuav.mission.files import beside, label, parse_json, parse_toml, read_text
+from optuav.mission.files import label, parse_json, parse_toml, read_text, resolve_from
 from optuav.mission.load import is_name
 from optuav.mission.messages import nearest, path_of, shown
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
@@ -67,7 +67,7 @@ def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
             if isinstance(name, dict):
                 mission = Mission.from_dict(name)
             else:
-                mission = load(name if is_name(name) else beside(folder, name))
+                mission = load(name if is_name(name) else resolve_from(folder, name))
         except InputError as error:
             for fault in error.faults:
                 if isinstance(name, dict):

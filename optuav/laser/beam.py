@@ -114,7 +114,7 @@ class SpreadingBeam(Beam):
         def excess_W(away_m: Quantity) -> Quantity:
             return self.received_W(away_m, most_W) - dc_W
 
-        return float(physics.roots.last(excess_W, 1.0))
+        return float(physics.roots.last_nonnegative(excess_W, 1.0))
 
     @property
     def eye_limit_W_m2(self) -> float:

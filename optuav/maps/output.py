@@ -16,7 +16,7 @@ from optuav.mission.earth import DEGREES, system_in_metres
 from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import path_of, plural
 from optuav.presentation.blocks import Block, Facts
-from optuav.service.checks import calm_facts
+from optuav.service.calm_air import calm_facts
 from optuav.solving.best_plans import REASONS
 from optuav.studies.batch import LABELS
 

@@ -16,11 +16,11 @@ from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.earth import stated_system
 from optuav.mission.messages import misfits, shown, unlisted
+from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
-from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective
-from optuav.service.checks import in_calm_air, with_words
+from optuav.service.calm_air import in_calm_air, with_words
 from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.status import SAME_S

@@ -28,8 +28,8 @@ from optuav.mission.validation import (
     Document,
     StatedMission,
     breaches_of,
+    mask_faulty,
     rules_of_buildings,
-    without,
 )
 from optuav.tables import Building
 
@@ -179,7 +179,7 @@ def row_by_row(rows: list[Document], source: str = "") -> Buildings:
         except ValidationError as error:
             for (table, number, *key), words in breaches_of(Listing, error, StatedMission(part)):
                 breaches.append(Breach((table, begin + int(number), *key), words))
-    breaches += rules_of_buildings(without(content.document, {key for key, _ in breaches}))
+    breaches += rules_of_buildings(mask_faulty(content.document, {key for key, _ in breaches}))
     if breaches:
         raise InputError(content.faults(breaches))
     return Buildings.of(buildings)

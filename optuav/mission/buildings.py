@@ -215,7 +215,10 @@ def misshapen(corners_m: Floats, count: Integers, at_m: Floats) -> Iterator[tupl
 
     ends = np.cumsum(count)
     for begin in range(0, len(count), POLYGONS_AT_ONCE):
-        batch, place_m = count[begin : begin + POLYGONS_AT_ONCE], at_m[begin : begin + POLYGONS_AT_ONCE]
+        batch, place_m = (
+            count[begin : begin + POLYGONS_AT_ONCE],
+            at_m[begin : begin + POLYGONS_AT_ONCE],
+        )
         corners = corners_m[ends[begin] - batch[0] : ends[begin] - batch[0] + batch.sum()]
         ring_of = np.repeat(np.arange(len(batch)), batch)
         polygons = np.asarray(shapely.polygons(shapely.linearrings(corners, indices=ring_of)))

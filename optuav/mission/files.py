@@ -301,7 +301,7 @@ def ending_of(path: Path, *endings: str, name: str = "path") -> str:
     return suffix
 
 
-def expanded(stated: str | Path, name: str = "path") -> Path:
+def expand_home(stated: str | Path, name: str = "path") -> Path:
     """A path whose ``~`` is the home of the user; refused if no such user is known."""
     path = Path(stated)
     try:
@@ -313,12 +313,12 @@ def expanded(stated: str | Path, name: str = "path") -> Path:
     raise InputError([Fault(name, _quoted(path), words)])
 
 
-def beside(folder: Path, stated: str | Path, name: str = "path") -> Path:
-    """A path that is stated relative to a folder, see `expanded`."""
-    return folder / expanded(stated, name)
+def resolve_from(folder: Path, stated: str | Path, name: str = "path") -> Path:
+    """A path that is stated relative to a folder, see `expand_home`."""
+    return folder / expand_home(stated, name)
 
 
-def seen_from(file: Path, path: str) -> str:
+def relative_to(file: Path, path: str) -> str:
     """A path from the folder of a file; the whole path where no other leads there."""
     with contextlib.suppress(ValueError):
         path = os.path.relpath(path, os.path.dirname(os.path.abspath(file)))

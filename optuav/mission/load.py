@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError, collected, safe_name
-from optuav.mission.files import STANDARD, beside, label, parse_toml, read_toml, refusal
+from optuav.mission.files import STANDARD, label, parse_toml, read_toml, refusal, resolve_from
 from optuav.mission.messages import nearest, of_kind, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
@@ -132,7 +132,7 @@ def _read(
     if path := SHIPPED.get(str(source)) if isinstance(source, str) else None:
         name, hint = str(source), ""
     else:
-        path = beside(directory, source)
+        path = resolve_from(directory, source)
         name = label(path)
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
     document = read_toml(path, hint=hint)
@@ -160,7 +160,7 @@ def _joined(
         try:
             if not isinstance(named, str) or "buildings" in document:
                 raise InputError("a path relative to this file, and no [[buildings]] beside it")
-            document["buildings"] = read_buildings(beside(path.parent, named))
+            document["buildings"] = read_buildings(resolve_from(path.parent, named))
         except InputError as error:
             faults += [
                 fault if fault.key else Fault("buildings_file", shown(named), str(fault), name)

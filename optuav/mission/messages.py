@@ -12,7 +12,7 @@ from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
 from optuav.fields import Allowed, OneOf, Range, short
-from optuav.mission.files import expanded
+from optuav.mission.files import expand_home
 from optuav.mission.forms import forms
 
 TYPES = {
@@ -120,10 +120,10 @@ def plural(count: int, noun: str) -> str:
 
 
 def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
-    """A path, see `expanded`; refused if it is not one, or empty."""
+    """A path, see `expand_home`; refused if it is not one, or empty."""
     if not str(of_kind(name, stated, str | Path, words)):
         raise InputError([Fault(name, shown(stated), words)])
-    return expanded(stated, name)
+    return expand_home(stated, name)
 
 
 def paths_of(stated: Any, name: str) -> list[Path]:

@@ -21,7 +21,7 @@ from optuav.laser.beam import Beam
 from optuav.laser.fits import CONVERSIONS, Fits
 from optuav.mission import validation
 from optuav.mission.buildings import Buildings
-from optuav.mission.files import ending_of, seen_from, write_text
+from optuav.mission.files import ending_of, relative_to, write_text
 from optuav.mission.forms import CHOICES, SCHEMA, TABLES, Flight, Source, table_keys
 from optuav.mission.messages import nearest, no_building, path_of, plural, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
@@ -292,7 +292,7 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
             from optuav.mission.table_files import check
 
             check(Path(source.path), source.sha256)
-            named = seen_from(file, source.path)
+            named = relative_to(file, source.path)
             document = {"schema": SCHEMA, "buildings_file": named}
             document |= {k: v for k, v in self._document().items() if k != "buildings"}
         else:

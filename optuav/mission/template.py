@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from optuav.errors import Fault, InputError, refuse
 from optuav.fields import MissionSection, Range
 from optuav.mission.buildings import Buildings
-from optuav.mission.files import STANDARD, seen_from
+from optuav.mission.files import STANDARD, relative_to
 from optuav.mission.forms import SCHEMA
 from optuav.mission.load import load
 from optuav.mission.messages import range_in_words, shown, unlisted
@@ -88,7 +88,7 @@ def template(
         f"crs = {_shown(mission.crs)}" if mission.crs else "# crs =",
     ]
     if source:
-        lines.append(f"buildings_file = {_shown(seen_from(file, source.path))}")
+        lines.append(f"buildings_file = {_shown(relative_to(file, source.path))}")
         listed = Buildings()
     for key in Mission.model_fields:
         table = getattr(mission, key)

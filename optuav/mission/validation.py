@@ -16,7 +16,7 @@ from optuav.laser.beam import BEAM, BEAMS, Beam
 from optuav.laser.fits import Laser
 from optuav.mission.buildings import Buildings, misnamed, misshapen
 from optuav.mission.forms import CHOICES, SCHEMA, SECTIONS, TABLES, table_keys
-from optuav.mission.messages import range_in_words, nearest, shown, table
+from optuav.mission.messages import nearest, range_in_words, shown, table
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -131,7 +131,7 @@ def validate(
     except ValidationError as error:
         breaches += breaches_of(model, error, stated)
         if whole and SECTIONS.keys() <= model.model_fields.keys():
-            breaches += rules(without(stated.document, {key for key, _ in breaches}))
+            breaches += rules(mask_faulty(stated.document, {key for key, _ in breaches}))
             # Of a table that has no place in the mission, nothing is missing.
             refused = {key for key, _ in breaches if len(key) == 1}
             breaches = [
@@ -208,14 +208,14 @@ def _unknown(key: Key, model: type[BaseModel], stated: StatedMission, *, suggest
     return f"unknown key{nearest(name, known) if suggests else ''}"
 
 
-def without(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
+def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
     """The document with UNKNOWN in place of faulty values."""
     if place in faulty:
         return UNKNOWN
     if isinstance(value, dict):
-        return {key: without(each, faulty, (*place, key)) for key, each in value.items()}
+        return {key: mask_faulty(each, faulty, (*place, key)) for key, each in value.items()}
     if place == ("buildings",) and not isinstance(value, Buildings):
-        return [without(each, faulty, (*place, number)) for number, each in enumerate(value)]
+        return [mask_faulty(each, faulty, (*place, number)) for number, each in enumerate(value)]
     return value
 
 
@@ -227,7 +227,9 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
     schedule = battery.get("schedule", "pooled")
     if schedule == "alternating" and "period_s" not in battery:
-        words = f'{range_in_words(tables.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
+        words = (
+            f'{range_in_words(tables.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
+        )
         yield Breach(("battery", "period_s"), f"is missing; {words}")
     elif schedule not in ("alternating", UNKNOWN) and "period_s" in battery:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')

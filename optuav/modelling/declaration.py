@@ -72,7 +72,7 @@ class Declaration:
         self.constraints: list[Constraint] = []
         self.lets: list[Let] = []
         self.sense: Literal["maximise", "minimise"] = "maximise"
-        self.towards = 1.0  # −1 where it minimises: the objective times this is maximised
+        self.sign = 1.0  # −1 where it minimises: the objective times this is maximised
         self.objective: Operand = 0.0
         self.has_objective, self.objective_unit = False, ""
         self.preferences: list[Operand] = []

@@ -112,7 +112,7 @@ class Model(Declaration):
         if self.has_objective:
             already = f"the model {self.sense}s an objective already"
             raise InputError(f"{sense}: {already}; state one, such as a weighted sum of both")
-        self.sense, self.towards = sense, 1.0 if sense == "maximise" else -1.0
+        self.sense, self.sign = sense, 1.0 if sense == "maximise" else -1.0
         self.objective, self.has_objective = objective, True
         self.objective_unit = unit or getattr(objective, "unit", "")
 

@@ -19,7 +19,7 @@ from optuav.flight.model import BENT
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.forms import SECTIONS
-from optuav.mission.keys import stated_value, numeric_keys
+from optuav.mission.keys import numeric_keys, stated_value
 from optuav.mission.mission import ENERGIES
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines

@@ -27,7 +27,7 @@ from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
 from optuav.plots.style import minus
 from optuav.presentation.markup import element
-from optuav.studies.methods import Progress
+from optuav.studies.compare_methods import Progress
 from optuav.studies.processes import WORKERS, run_tasks
 from optuav.studies.results import as_csv
 

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from types import ModuleType
 
 
-def late(package: str) -> Callable[[str], ModuleType]:
+def lazy_submodules(package: str) -> Callable[[str], ModuleType]:
     """A `__getattr__` that loads modules on first use: reading a mission needs no NumPy."""
 
     def module(name: str) -> ModuleType:
@@ -21,4 +21,4 @@ def late(package: str) -> Callable[[str], ModuleType]:
     return module
 
 
-__getattr__ = late(__name__)
+__getattr__ = lazy_submodules(__name__)

@@ -57,4 +57,4 @@ def hazard_distance(
         air = transmission(attenuation_per_km, distance_m)
         return light_W * air * irradiance(distance_m) - limit_W_m2
 
-    return roots.last(excess, 1.0)
+    return roots.last_nonnegative(excess, 1.0)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans
-from optuav.physics.quantity import TINY, Quantity, Vector, kept, one_where_not_negative
+from optuav.physics.quantity import TINY, Quantity, Vector, memoised, one_where_not_negative
 
 REACH = 7.0  # So far above the direct part an amplitude is reached but for exp(−49), rounding
 ROUNDING_RAD = 1e-15  # Step of an angle that is rounding [rad]
@@ -53,7 +53,7 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     return np.minimum(probability, 1.0)
 
 
-@kept
+@memoised
 @np.errstate(divide="ignore", invalid="ignore")
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     """Largest distance d_max [m] with P_out ≤ ε; ε in (0, 1] [-]; floats and arrays.
@@ -97,7 +97,7 @@ def _below(level: Quantity, direct: Quantity) -> tuple[Quantity, Quantity]:
     return np.exp(-((level - direct) ** 2)) * above / (1.0 + 2.0 * both), above
 
 
-@kept
+@memoised
 def hover_point(
     origin_m: Vector,
     destination_m: Vector,

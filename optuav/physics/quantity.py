@@ -26,7 +26,7 @@ It stands in for zero where a quotient has a limit: ``f(max(x, TINY)) / max(x, T
 Formula = TypeVar("Formula", bound=Callable[..., Any])
 
 
-def kept(formula: Formula) -> Formula:
+def memoised(formula: Formula) -> Formula:
     """A formula whose last results are kept where it is called with numbers."""
     known = lru_cache(maxsize=1000)(formula)
 

@@ -12,7 +12,7 @@ HALVINGS = 60
 MOST = 100  # Halvings after which neighbouring floats are reached
 
 
-def last(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
+def last_nonnegative(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
     """The largest x ≥ 0 where a function that falls with x is not below 0.
 
     It is 0 where the function is below 0 at once, infinite where it stays at or above 0, and NaN

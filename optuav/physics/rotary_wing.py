@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.physics import roots
-from optuav.physics.quantity import TINY, Quantity, Vector, is_number, kept
+from optuav.physics.quantity import TINY, Quantity, Vector, is_number, memoised
 
 PROFILE_DRAG = 0.012
 """Drag coefficient of a blade's section, δ of [1]_."""
@@ -77,17 +77,17 @@ def rise(wing: PowerCoefficients, air_speed_m_s: Quantity) -> Quantity:
     return blades - lift + 1.5 * wing.parasite_W_s3_m3 * V
 
 
-@kept
+@memoised
 def best_endurance(wing: PowerCoefficients, max_speed_m_s: Quantity = math.inf) -> Quantity:
     """Air speed of least power [m/s], up to a cap [m/s]; no symbols.
 
     0 where the power grows from hover on. Either P_0 or p must be > 0.
     """
-    best = roots.last(lambda V: -rise(wing, V), wing.induced_speed_m_s)
+    best = roots.last_nonnegative(lambda V: -rise(wing, V), wing.induced_speed_m_s)
     return np.minimum(best, max_speed_m_s)
 
 
-@kept
+@memoised
 def best_range(
     wing: PowerCoefficients,
     max_speed_m_s: Quantity = math.inf,
@@ -110,7 +110,7 @@ def best_range(
         V = np.sqrt(f**2 + across**2)
         return power(wing, V) - (f + along) * 2.0 * f * rise(wing, V)
 
-    best = least + along + roots.last(falling, wing.induced_speed_m_s)
+    best = least + along + roots.last_nonnegative(falling, wing.induced_speed_m_s)
     return np.minimum(best, ground_speed(max_speed_m_s, wind_m_s, direction))
 
 
@@ -199,7 +199,7 @@ def priced_speed(
     if is_number(price_W, math.inf):
         return most_m_s
     easiest = is_number(price_W, -math.inf)
-    best = least if easiest else least + roots.last(falling, wing.induced_speed_m_s)
+    best = least if easiest else least + roots.last_nonnegative(falling, wing.induced_speed_m_s)
     return np.minimum(best, most_m_s)
 
 

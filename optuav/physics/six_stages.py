@@ -28,7 +28,7 @@ import numpy as np
 
 from optuav.physics import drag, rotor
 from optuav.physics.flight import LEVEL, Attitude, LegState, Loads
-from optuav.physics.quantity import TINY, Quantity, Vector, is_number, kept, norm
+from optuav.physics.quantity import TINY, Quantity, Vector, is_number, memoised, norm
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
 """Stages of a leg in flight; how long the sixth, hovering, lasts is up to the mission."""
@@ -90,7 +90,7 @@ class Leg(NamedTuple):
         return self.loads.distance_m
 
 
-@kept
+@memoised
 def leg(
     airframe: Airframe,
     motor: rotor.Motor,

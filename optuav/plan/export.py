@@ -13,7 +13,7 @@ from optuav.export import NOT_FLOWN, PlanOnEarth, Position, Step, shapes, waypoi
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_text
 from optuav.mission.messages import path_of
-from optuav.network.scene import scene
+from optuav.network.map_extent import scene
 from optuav.plan.data import PlanData
 
 WRITERS: dict[str, Callable[[PlanOnEarth], str]] = {

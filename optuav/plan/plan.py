@@ -13,7 +13,7 @@ from pydantic_core import to_jsonable_python
 
 from optuav.errors import Fault, InputError, collected, for_console, refuse, safe_name
 from optuav.mission import Mission, load
-from optuav.mission.files import ending_of, label, parse_json, read_text, seen_from, write_text
+from optuav.mission.files import ending_of, label, parse_json, read_text, relative_to, write_text
 from optuav.mission.messages import error_words, path_of, several, shown
 from optuav.plan.data import OBJECTIVE, PlanData
 from optuav.plan.summary import TABLE, blocks
@@ -115,7 +115,7 @@ class Plan(Presented, PlanData):
         if source := mission.buildings.source:
             from optuav.plan.used import used_buildings
 
-            data[TABLE] = {**asdict(source), "path": seen_from(file, source.path)}
+            data[TABLE] = {**asdict(source), "path": relative_to(file, source.path)}
             mission = mission.model_copy(update={"buildings": used_buildings(self)})
         return {**data, "mission": mission.to_dict()}
 

@@ -14,7 +14,7 @@ from PIL import Image, ImageColor
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import path_of
-from optuav.network.scene import scene
+from optuav.network.map_extent import scene
 from optuav.plan import Plan, Stop
 from optuav.plan.display import LACKING
 from optuav.plots import style

@@ -25,8 +25,8 @@ from optuav.errors import InputError
 from optuav.looks import PHASES
 from optuav.mission import Mission
 from optuav.mission.messages import of_kind
+from optuav.network.map_extent import Scene, scene
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
-from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop, load_plan, load_subject
 from optuav.plan.data import Waypoints
 from optuav.plots import style

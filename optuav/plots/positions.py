@@ -16,8 +16,8 @@ from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import plural, shown
+from optuav.network.map_extent import scene
 from optuav.network.places import HOVER
-from optuav.network.scene import scene
 from optuav.plots import style
 from optuav.plots.heat import LONGEST, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site

@@ -16,7 +16,7 @@ from optuav.flight.model import FlightModel
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission import Mission, load
 from optuav.mission.messages import first_ten, shown
-from optuav.network.scene import scene
+from optuav.network.map_extent import scene
 from optuav.physics.flight import LegState, Loads
 from optuav.plan import Plan
 from optuav.plan.trace import FlightEvent

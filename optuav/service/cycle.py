@@ -20,11 +20,12 @@ from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.options import Perspective
 from optuav.presentation.numbers import percent
-from optuav.service.checks import flyable_network, in_calm_air, schedule_faults, with_words
+from optuav.service.calm_air import in_calm_air, with_words
 from optuav.service.declared import CycleComparison, compared, program_of
 from optuav.service.endless import NEVER_LANDS, EndlessCycle, cycle_figures
 from optuav.service.event import Event, Progress, event_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
+from optuav.service.flyable import flyable_network, schedule_faults
 from optuav.service.horizon import Horizon, horizon_of
 from optuav.service.visit import Visit
 from optuav.solving.program import Program

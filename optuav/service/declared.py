@@ -99,6 +99,6 @@ def compared(cycle: EndlessCycle) -> CycleComparison:
     return CycleComparison(
         mission=cycle.mission,
         rows=tuple(rows),
-        building=cycle.ending().building,
+        building=cycle.finite_cycle().building,
         perspective=cycle.perspective,
     )

@@ -24,9 +24,9 @@ from optuav.physics.kibam import tilted_after
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import percent
-from optuav.service.checks import calm_facts
-from optuav.service.levels import draw_wells
+from optuav.service.calm_air import calm_facts
 from optuav.service.visit import Visit
+from optuav.service.wells_over_time import draw_wells
 from optuav.solving.assemble import quantities
 from optuav.status import Status
 from optuav.studies.results import Pictures, Result
@@ -239,7 +239,7 @@ def _with_currents(mission: Mission, phase: Phase, net_A: dict[str, float]) -> P
 
 def need_laser(cycle: EndlessCycle) -> Visit:
     """Return the visit; refuse an endless or dark hover, and charging by anything but the laser."""
-    visit = cycle.ending()
+    visit = cycle.finite_cycle()
     if cycle.charged_by != "laser" or not cycle.lit_hover:
         name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(cycle.charged_by, "lit_hover")
         words = "must be left out: the mission's laser serves hover and rest here"

@@ -20,7 +20,7 @@ from optuav.mission.messages import misfits, plural, shown
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading
-from optuav.service.checks import calm_facts
+from optuav.service.calm_air import calm_facts
 from optuav.service.endless import EndlessCycle
 from optuav.service.fleet import repeated, turns_table, upwards
 from optuav.service.visit import Visit
@@ -39,7 +39,9 @@ SHARES_OF_LONGEST = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 """Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""
 ROUNDING = 1e-6  # Share of the capacity
 RUN_SHARE = 0.75  # Share of all hovers that a run holds, beside the run of all
-HOVERS_FOR_INTERIOR_POINT = 500  # Hovers from which an interior point is found sooner than by the simplex method
+HOVERS_FOR_INTERIOR_POINT = (
+    500  # Hovers from which an interior point is found sooner than by the simplex method
+)
 WAITED_S = 0.1  # Between looks at a programme that is solved
 AT_LEAST = "in turns from one roof, charge requires at least"
 BUILDINGS = 20  # Buildings that are tried although others beat them
@@ -143,7 +145,7 @@ def event_of(
     """
     faults = [*misfits(("hours", hours, HOURS))]
     faults += misfits(*([] if drones is None else [("drones", drones, DRONES)]))
-    visits = _promising([cycle.ending(), *cycle.visits])
+    visits = _promising([cycle.finite_cycle(), *cycle.visits])
     if cycle.perspective != "available":
         faults.append(Fault("perspective", shown(cycle.perspective), "must be 'available' here"))
     refuse(faults)

@@ -18,7 +18,7 @@ from optuav.physics.roots import bisect_largest
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import percent
-from optuav.service.checks import calm_facts
+from optuav.service.calm_air import calm_facts
 from optuav.service.endless import EndlessCycle
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Result
@@ -186,7 +186,7 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     By Little's law: mean numbers in the air and on the ground are the rate of starts times the
     durations, and a ring attains the next whole numbers.
     """
-    visit, hover_s, rest_s = cycle.ending(), cycle.hover_s, cycle.rest_s
+    visit, hover_s, rest_s = cycle.finite_cycle(), cycle.hover_s, cycle.rest_s
     refuse(faults_of_fleet(share, overlap_s))
     _need_handover(overlap_s, hover_s)
     every_s = (hover_s - overlap_s) / share
@@ -326,7 +326,9 @@ def pad_power(
             words = f"no pad is strong enough for {plural(drones, 'drone')}"
             raise NoPlanError(f"{words}: even without rests too little is covered")
     for visit in visits:
-        below_A = rest_A * (1.0 - ROUNDED_COUNT * (best is not None))  # Of equal buildings the first
+        below_A = rest_A * (
+            1.0 - ROUNDED_COUNT * (best is not None)
+        )  # Of equal buildings the first
         if not too_weak(visit, below_A):
             weak = bisect_largest(partial(too_weak, visit), below_A)
             assert weak is not None  # Without current every pad is too weak

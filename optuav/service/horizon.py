@@ -19,9 +19,9 @@ from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import percent
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.terrain import Terrain
-from optuav.service.checks import calm_facts
+from optuav.service.calm_air import calm_facts
 from optuav.service.endless import EndlessCycle, need_laser
-from optuav.service.levels import draw_wells
+from optuav.service.wells_over_time import draw_wells
 from optuav.solving.several_stops import terrain
 from optuav.studies.results import Pictures, Result
 

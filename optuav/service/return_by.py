@@ -20,13 +20,8 @@ from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step,
 from optuav.physics.roots import bisect_largest
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.presentation.numbers import fixed
-from optuav.service.checks import (
-    calm_facts,
-    flyable_network,
-    in_calm_air,
-    schedule_faults,
-    with_words,
-)
+from optuav.service.calm_air import calm_facts, in_calm_air, with_words
+from optuav.service.flyable import flyable_network, schedule_faults
 from optuav.studies.results import Pictures, Result
 
 UNITS = {

@@ -24,13 +24,14 @@ from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import percent
 from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
-from optuav.service.checks import calm_facts, flyable_network, in_calm_air, with_words
+from optuav.service.calm_air import calm_facts, in_calm_air, with_words
+from optuav.service.flyable import flyable_network
 from optuav.service.robust_search import KEPT, RobustTimes, Search
 from optuav.solving import solve
 from optuav.solving.assemble import route_quantities
-from optuav.solving.outcome import replayed, route_plan
-from optuav.solving.parts import permitted_routes
 from optuav.solving.question import Question, checked_question
+from optuav.solving.route_models import permitted_routes
+from optuav.solving.route_plan import replayed, route_plan
 from optuav.studies.results import Pictures, Result
 from optuav.studies.samples import SEED, completed
 

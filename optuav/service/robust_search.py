@@ -11,7 +11,7 @@ import numpy as np
 
 from formulations.formulation import Formulation, Given
 from formulations.parameters import Quantities
-from formulations.soc import AVAILABLE, PERSPECTIVES, levels, soc_on_landing, well_limits
+from formulations.soc import AVAILABLE, PERSPECTIVES, soc_on_landing, well_limits, wells_after_steps
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.solution import Solution
 from optuav.modelling import Model
@@ -20,11 +20,11 @@ from optuav.network.variants import Variants
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 from optuav.service.box import Box, Points, corners_of, points_within
-from optuav.solving.assemble import subset, quantities, table_entries
+from optuav.solving.assemble import quantities, subset, table_entries
 from optuav.solving.balance import TIMES
-from optuav.solving.outcome import best
-from optuav.solving.parts import routes_by_kind
 from optuav.solving.question import Question, answer
+from optuav.solving.ranking import best
+from optuav.solving.route_models import routes_by_kind
 from optuav.status import SAME_S
 
 HALVINGS = 10  # Halvings of the share of the box that a chance needs
@@ -135,10 +135,11 @@ class Search:
             margins.append(soc - emptiest.min_soc)
         if self.question.perspective == AVAILABLE:
             shares = [
-                each.available_As / emptiest.battery_As for each in levels(emptiest, *times_s)
+                each.available_As / emptiest.battery_As
+                for each in wells_after_steps(emptiest, *times_s)
             ]
             margins.append(np.min(np.broadcast_arrays(*shares), axis=0))
-            for step, each in zip(fullest.steps, levels(fullest, *times_s), strict=True):
+            for step, each in zip(fullest.steps, wells_after_steps(fullest, *times_s), strict=True):
                 if isinstance(step, str):
                     above = each.available_As / fullest.battery_As
                     margins.append(fullest.available_fraction - above)

@@ -16,7 +16,7 @@ from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
 from optuav.mission.messages import misfits, of_kind, path_of, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.service.checks import calm_facts, in_calm_air
+from optuav.service.calm_air import calm_facts, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage
 from optuav.service.fleet import SHARE, covering, faults_of_fleet, upwards
 from optuav.studies.results import Pictures, Result

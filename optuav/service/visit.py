@@ -136,7 +136,9 @@ class Visit:
         """
         if self.from_full_s is None:
             return None
-        longest = bisect_largest(lambda hover_s: self.lasts(self.periodic(hover_s), hover_s), self.most_s)
+        longest = bisect_largest(
+            lambda hover_s: self.lasts(self.periodic(hover_s), hover_s), self.most_s
+        )
         return None if longest is None else longest[0]
 
     @property

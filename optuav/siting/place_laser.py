@@ -18,8 +18,8 @@ from optuav.fields import Range
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import first_ten, misfits, plural, shown, unlisted
+from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
-from optuav.network.scene import scene
 from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.numbers import percent

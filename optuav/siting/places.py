@@ -15,7 +15,7 @@ from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.solving.best_plans import best_plans
-from optuav.solving.promising import FIRST, MANY, best_plans_or_all, few_near, takes_few
+from optuav.solving.promising_buildings import FIRST, MANY, best_plans_or_all, few_near, takes_few
 from optuav.solving.question import checked_question
 from optuav.status import SAME_S
 

@@ -10,7 +10,7 @@ import numpy as np
 from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, MissionFigure, Quantities
 from formulations.soc import STAYS
 from optuav.arrays import Integers
-from optuav.mission.keys import stated_value, numeric_keys
+from optuav.mission.keys import numeric_keys, stated_value
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network

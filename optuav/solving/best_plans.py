@@ -26,12 +26,12 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import select, route_quantities, quantities, table_entries, transpose
+from optuav.solving.assemble import quantities, route_quantities, select, table_entries, transpose
 from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
 from optuav.solving.longest import longest
-from optuav.solving.outcome import tied
-from optuav.solving.parts import permitted_routes, declarations, routes_by_kind
 from optuav.solving.question import Question, answer
+from optuav.solving.ranking import tied
+from optuav.solving.route_models import declarations, permitted_routes, routes_by_kind
 from optuav.status import SAME_S, Status
 
 Codes: TypeAlias = npt.NDArray[np.int8]
@@ -366,7 +366,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPla
     columns, towards = list[tuple[Any, ...]](), 1.0
     beyond = np.full(variants.count, -np.inf)
     for part, variant in declarations(question, variants, able):
-        model, towards = part.declared, part.declared.towards
+        model, towards = part.declared, part.declared.sign
         solution = answer(model, len(variant), question, part.given)
         codes = np.array([STATUSES.index(status) for status in solution.statuses], np.int8)
         answered = np.isin(codes, [k for k, status in enumerate(STATUSES) if status.has_answer])

@@ -41,10 +41,10 @@ from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import hover_bounds_s, hover_times_s
 from optuav.solving.maximise import AROUND, Lengths, Point, all_around, maximise
-from optuav.solving.outcome import best
-from optuav.solving.parts import RouteModel, permitted_routes, routes_by_kind
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question
+from optuav.solving.ranking import best
+from optuav.solving.route_models import RouteModel, permitted_routes, routes_by_kind
 from optuav.status import Status
 
 POINTS_AT_ONCE = 1 << 13

@@ -29,10 +29,10 @@ from optuav.physics.rotary_wing import level_direction, level_length
 from optuav.plan import Plan
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.best_plans import SLACK_S
-from optuav.solving.outcome import best
-from optuav.solving.parts import RouteModel, routes_by_kind
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question
+from optuav.solving.ranking import best
+from optuav.solving.route_models import RouteModel, routes_by_kind
 from optuav.solving.speed_search import (
     LegSpeeds,
     RoutePrices,

@@ -213,7 +213,9 @@ def longest(
     # which takes four times as long for a few itineraries.
     if count > ITINERARIES_AT_ONCE:
         pieces, least_of_all_s = [], np.broadcast_to(least_s, count)
-        for batch in np.split(np.arange(count), range(ITINERARIES_AT_ONCE, count, ITINERARIES_AT_ONCE)):
+        for batch in np.split(
+            np.arange(count), range(ITINERARIES_AT_ONCE, count, ITINERARIES_AT_ONCE)
+        ):
             values, least_s = subset(given, slice(batch[0], batch[-1] + 1)), least_of_all_s[batch]
             pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))

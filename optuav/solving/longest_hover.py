@@ -13,8 +13,8 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.solving.balance import TIMES
 from optuav.solving.best_plans import LONGEST, STATUSES, BestPlans, best_plans
-from optuav.solving.parts import RouteModel, declarations
 from optuav.solving.question import Question, answer
+from optuav.solving.route_models import RouteModel, declarations
 
 
 def longest_hover(question: Question, network: Network) -> tuple[RouteModel, Solution] | None:

@@ -24,9 +24,10 @@ from optuav.network.timeline import pack_loads, route_phases, starting_packs
 from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
-from optuav.solving.outcome import plan_without, proof_of_none, route_plan
-from optuav.solving.parts import RouteModel
+from optuav.solving.no_plan import plan_without, proof_of_none
 from optuav.solving.question import Question, not_with
+from optuav.solving.route_models import RouteModel
+from optuav.solving.route_plan import route_plan
 from optuav.status import Status
 
 ENGINE = "simulation"

@@ -29,12 +29,15 @@ from optuav.network.variants import as_variants
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
 from optuav.presentation.numbers import all_digits
-from optuav.solving import outcome
 from optuav.solving.balance import TIMES
 from optuav.solving.files import writer
 from optuav.solving.longest_hover import longest_hover
-from optuav.solving.parts import RouteModel, permitted_routes, declarations
+from optuav.solving.more_stops import BOUNDED, PROVED, against_p1, note_what_battery_allows
+from optuav.solving.no_plan import plan_without, proof_of_none, shortest_flight, shortfalls
 from optuav.solving.question import Question, answer, chosen_engine
+from optuav.solving.ranking import best
+from optuav.solving.route_models import RouteModel, declarations, permitted_routes
+from optuav.solving.route_plan import plan_of, replayed
 from optuav.status import Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
@@ -283,7 +286,7 @@ class Program:
         chosen, said = self.best(self.answers()), "the best"
         if chosen is None:
             said = "no route has an answer; the shortest flight"
-            chosen = outcome.shortest_flight(self.network, self.parts)
+            chosen = shortest_flight(self.network, self.parts)
         return chosen, [f"{said} of {count} routes, each a programme of its own"]
 
     def check(self, point: Mapping[str, Any]) -> Checks:
@@ -350,7 +353,7 @@ class Program:
         SolverError
             If the engine fails, runs out of time or returns a point that is not feasible.
         """
-        changed = any(part.is_seen for part in self.parts)
+        changed = any(part.was_exposed for part in self.parts)
         plan = None if changed else longest_plan(self.question, self.network)
         return self.plan_of_engine() if plan is None else plan
 
@@ -359,11 +362,11 @@ class Program:
         question, network = self.question, self.network
         if not self.parts:
             status = Status.INFEASIBLE
-            return outcome.plan_without(question, network, status, "physics", self.reasons)
+            return plan_without(question, network, status, "physics", self.reasons)
         if question.perspective == AVAILABLE and network.mission.battery.takes_turns:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
-            return outcome.replayed(packs_by_schedule(question, network, self.parts))
+            return replayed(packs_by_schedule(question, network, self.parts))
         return self.plan(self.answers())
 
     def answers(self) -> list[Solution]:
@@ -375,7 +378,7 @@ class Program:
         """The same, solved once."""
         solutions = list[Solution]()
         for part in self.parts:
-            model, values = (part.model, None) if part.is_seen else (part.declared, part.given)
+            model, values = (part.model, None) if part.was_exposed else (part.declared, part.given)
             solutions.append(answer(model, len(part.routes), self.question, values))
         return solutions
 
@@ -388,22 +391,22 @@ class Program:
         for solution in solutions:
             solution.refuse_unusable()
         if Status.UNBOUNDED in statuses:
-            return outcome.plan_without(asked, network, Status.UNBOUNDED, proof, [ENDLESS])
+            return plan_without(asked, network, Status.UNBOUNDED, proof, [ENDLESS])
         chosen = self.best(solutions)
         if chosen is None:
             if Status.UNKNOWN in statuses:
                 said = dict.fromkeys(word for s in solutions for word in s.words if word)
                 words = "".join(f": {word}" for word in said)
-                if not (proof := outcome.proof_of_none(self.parts)):
+                if not (proof := proof_of_none(self.parts)):
                     nothing = "neither a plan nor proof that none exists"
                     raise SolverError(f"{engine} found {nothing}{words}")
-            why = outcome.shortfalls(question, network, self.parts)
-            return outcome.plan_without(asked, network, Status.INFEASIBLE, proof, why)
+            why = shortfalls(question, network, self.parts)
+            return plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
         solution = solutions[number]
-        plan = outcome.plan_of(question, network, self.parts[number], solution, entry)
-        if question.problem.name in outcome.PROVED:
-            plan = outcome.against_p1(question, network, self.parts, plan)
+        plan = plan_of(question, network, self.parts[number], solution, entry)
+        if question.problem.name in PROVED:
+            plan = against_p1(question, network, self.parts, plan)
         best = float(solution.objective[entry])
         beyond = [np.nanmax(s.beyond, initial=best) for s in solutions if s.beyond is not None]
         notes = list(plan.notes)
@@ -411,7 +414,7 @@ class Program:
             unit = plan.objective_unit.removeprefix("1")
             more = f"{open_:.6g} {unit}".rstrip()
             notes.append(f"not proved: up to {more} more has not been ruled out")
-            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED, "bound": best + open_}
+            known = {"status": Status.FEASIBLE, "proof": BOUNDED, "bound": best + open_}
             plan = plan.model_copy(update=known)
         elif plan.status is solution.statuses[entry] and any(
             solution.beyond is None and Status.UNKNOWN in solution.statuses
@@ -426,8 +429,8 @@ class Program:
             plan = plan.model_copy(update={"status": Status.LOCALLY_OPTIMAL, "proof": local.proof})
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
-            notes += outcome.note_what_battery_allows(question, network, plan)
-        return outcome.replayed(plan.model_copy(update={"notes": tuple(notes)}))
+            notes += note_what_battery_allows(question, network, plan)
+        return replayed(plan.model_copy(update={"notes": tuple(notes)}))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
@@ -441,12 +444,12 @@ class Program:
         for part, solution in zip(self.parts, solutions, strict=True):
             stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
             mission_s = table.flight_time_s[part.routes] + stays_s
-            score = solution.objective * part.declared.towards
+            score = solution.objective * part.declared.sign
             columns.append((score, solution.ties, mission_s, part.routes))
         scores, ties, missions_s, routes = map(np.concatenate, zip(*columns, strict=True))
         # Ties are broken by the number of stops, then in the order of the routes.
         ranks = (table.building[routes] >= 0) * len(table) + routes
-        if (winner := outcome.best(scores, missions_s, ranks, ties)) is None:
+        if (winner := best(scores, missions_s, ranks, ties)) is None:
             return []
         near = (np.abs(scores - scores[winner]) <= ties[winner]).nonzero()[0].tolist()
         ends = np.cumsum([len(part.routes) for part in self.parts]).tolist()
@@ -595,5 +598,5 @@ def route_model_of(program: Program, plan: Plan) -> tuple[RouteModel, int]:
         for entry, route in enumerate(part.routes.tolist()):
             if names(route) == plan.route:
                 return part, entry
-    number, entry = outcome.shortest_flight(program.network, program.parts)
+    number, entry = shortest_flight(program.network, program.parts)
     return program.parts[number], entry

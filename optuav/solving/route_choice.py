@@ -31,10 +31,11 @@ from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
 from optuav.solving.files import writer
-from optuav.solving.outcome import plan_of, plan_without, shortfalls
-from optuav.solving.parts import RouteModel
+from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
 from optuav.solving.question import answer
+from optuav.solving.route_models import RouteModel
+from optuav.solving.route_plan import plan_of
 from optuav.solving.solve import formulate
 from optuav.status import Status
 

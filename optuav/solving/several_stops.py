@@ -30,9 +30,11 @@ from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Terrain
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import ENDS, plan_for, plan_without, replayed, shortfalls
-from optuav.solving.parts import declarations
+from optuav.solving.constraint_words import ENDS
+from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
+from optuav.solving.route_models import declarations
+from optuav.solving.route_plan import plan_for, replayed
 from optuav.solving.stops_by_charge import longest_by_charge
 from optuav.status import Status
 

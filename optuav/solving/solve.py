@@ -18,10 +18,10 @@ from optuav.network.network import Network, build_network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.outcome import more_stops_may_help, not_excluded
-from optuav.solving.parts import permitted_routes
+from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question, mission_and_question
+from optuav.solving.route_models import permitted_routes
 
 MANY, MANY_BENT = 2_000, 61
 """Buildings of a mission whose routes are compared by bounds first; where legs are bent."""
@@ -202,9 +202,9 @@ def _routes_in_question(known: Mission, question: Question, graph: Graph | None)
     """The network of a mission; of a large town only the routes that decide, if they do."""
     many = MANY_BENT if known.flight.obstacle_rule in BENT else MANY
     if graph is None and len(known.buildings) >= many:
-        from optuav.solving.promising import program_over_promising
+        from optuav.solving.promising_buildings import promising_network
 
-        few = program_over_promising(known, question)
+        few = promising_network(known, question)
         able = few is not None and permitted_routes(as_variants(few), question.problem).any()
         if few and (able or impossibilities(few, one_stop=False)):
             return few

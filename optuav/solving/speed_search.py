@@ -24,7 +24,7 @@ from optuav.network.variants import as_variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.physics.quantity import Quantity, Vector
-from optuav.solving.assemble import subset, route_quantities, legs_and_stays, quantities, transpose
+from optuav.solving.assemble import legs_and_stays, quantities, route_quantities, subset, transpose
 from optuav.solving.balance import (
     Balance,
     affine_charge,

@@ -24,7 +24,7 @@ from optuav.network.places import ENDS
 from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, BestPlans, best_plans, takes_arrays
-from optuav.solving.promising import best_plans_or_all, promising_network
+from optuav.solving.promising_buildings import best_plans_or_all, promising_subset
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
 from optuav.solving.solve import formulate, solve
 from optuav.status import Status
@@ -348,7 +348,7 @@ def best_of(
     few = None
     if len(questions) == 1 and not scenarios.towns:
         tried = scenarios.columns(0, TRIED) if scenarios.count > TRIED else {}
-        few = promising_network(scenarios.network, tried, questions[0])
+        few = promising_subset(scenarios.network, tried, questions[0])
     for first, variants in scenarios.variants(few):
         answers = list[BestPlans]()
         for question in questions:
@@ -357,7 +357,9 @@ def best_of(
                     if few is None:
                         answers.append(best_plans(variants, question))
                     else:
-                        answers.append(best_plans_or_all(variants, scenarios.network.places, question))
+                        answers.append(
+                            best_plans_or_all(variants, scenarios.network.places, question)
+                        )
                     continue
             missions = scenarios.missions(first, variants.count)
             singly = (vars(best_alone(one, question)).values() for one in missions)

@@ -25,9 +25,9 @@ from optuav.mission.keys import (
     Key,
     as_stated,
     keys_of_missing_tables,
-    stated_value,
     numeric_keys,
     stated_keys,
+    stated_value,
     unknown_keys,
 )
 from optuav.mission.messages import misfits, path_of, shown, unlisted

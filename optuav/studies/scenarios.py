@@ -21,8 +21,8 @@ from optuav.mission.keys import (
     PER_SECOND,
     as_stated,
     keys_of_missing_tables,
-    stated_value,
     numeric_keys,
+    stated_value,
     unknown_keys,
 )
 from optuav.mission.messages import shown
@@ -80,7 +80,9 @@ class Scenarios:
     def base(self) -> Mission:
         """The mission completed with the keys that it does not state itself."""
         first, mission = self._first(), self.mission
-        return mission.replace({key: first[key] for key in first if stated_value(mission, key) is None})
+        return mission.replace(
+            {key: first[key] for key in first if stated_value(mission, key) is None}
+        )
 
     @cached_property
     def network(self) -> Network:
@@ -136,9 +138,14 @@ class Scenarios:
                 table = [CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in known.tolist()]
                 columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
         for key, sizes in DISPLACED.items():
-            stated, changed = stated_value(mission, key), [size for size in sizes if size in columns]
+            stated, changed = (
+                stated_value(mission, key),
+                [size for size in sizes if size in columns],
+            )
             if stated is not None and key not in columns and changed:
-                same = np.logical_and.reduce([columns[e] == stated_value(mission, e) for e in changed])
+                same = np.logical_and.reduce(
+                    [columns[e] == stated_value(mission, e) for e in changed]
+                )
                 columns[key] = np.where(same, stated, np.nan)
         return columns
 
@@ -164,7 +171,9 @@ class Scenarios:
         if seen and not isinstance(self.rows, Draws):
             for key, values in {**(self.rows or {}), **self.grid}.items():
                 first[key] = first[key] or float(values[np.abs(values).argmax()])
-        apart = {key for key in first if key in BOUND and stated_value(self.mission, key) is not None}
+        apart = {
+            key for key in first if key in BOUND and stated_value(self.mission, key) is not None
+        }
         return as_stated(self.mission, {key: first[key] for key in first if key not in apart})
 
 

@@ -19,9 +19,9 @@ from formulations.soc import AVAILABLE
 from optuav.errors import Fault, collected, refuse
 from optuav.fields import Allowed, Range
 from optuav.mission import load_all
-from optuav.mission.files import STANDARD, beside, label, read_toml
+from optuav.mission.files import STANDARD, label, read_toml, resolve_from
 from optuav.mission.load import is_name
-from optuav.mission.messages import range_in_words, misfits, nearest, shown
+from optuav.mission.messages import misfits, nearest, range_in_words, shown
 from optuav.options import Perspective
 from optuav.solving.question import ASKED, Question, checked_question, perspectives_of, problem_of
 from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, dotted, sobol, spreads
@@ -120,7 +120,9 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
         )
     known = StudyFile.model_fields
     for key in keys:
-        words = range_in_words(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
+        words = (
+            range_in_words(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
+        )
         faults.append(Fault(key, shown(document.pop(key)), words))
     return StudyFile.model_validate(document)
 
@@ -149,7 +151,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         if not spread:
             wrong.append(Fault("samples", "", "at least one key with its distribution"))
     named, source = is_name(stated.mission), stated.mission
-    loaded = load_all(source if named else beside(path.parent, source, "mission"), wrong)
+    loaded = load_all(source if named else resolve_from(path.parent, source, "mission"), wrong)
     questions = list[Question]()
     for mission in loaded:
         with collected(wrong):
@@ -167,7 +169,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         Scenarios(mission, rows, grid),
         questions,
         stated.scenarios_per_part,
-        beside(path.parent, stated.output or path.stem, "output"),
+        resolve_from(path.parent, stated.output or path.stem, "output"),
         {**stated.model_dump(exclude={"output"}), "mission": mission.to_dict()},
     )
     check(plan.scenarios)

@@ -38,7 +38,7 @@ from optuav.studies.batch import (
     words_of,
 )
 from optuav.studies.cluster import results
-from optuav.studies.methods import Progress
+from optuav.studies.compare_methods import Progress
 from optuav.studies.processes import WORKERS
 from optuav.studies.scenarios import MOST, ROW, Scenarios
 from optuav.studies.study import (

@@ -12,7 +12,7 @@ import pytest
 import optuav
 from optuav.engines.casadi_engine import Casadi
 from optuav.errors import SolverError
-from optuav.studies import methods
+from optuav.studies import compare_methods as methods
 from tests.cli.run import refused, run, widest, words
 
 QUICK = ("compare", "small.toml", "--engines", "grid", "--slots", "10,60")

@@ -15,7 +15,7 @@ import pytest
 
 import optuav
 from optuav.engines import prices, registry
-from optuav.engines.solution import Solution, single, concatenated
+from optuav.engines.solution import Solution, concatenated, single
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
 from optuav.options import Perspective
@@ -173,7 +173,9 @@ def test_multipliers_that_follow_from_the_answer_are_computed_on_first_use(
 
 
 def test_stacked_solutions_compute_their_multipliers_on_first_use() -> None:
-    found = concatenated([replace(corner(4.0, {}), duals=None), replace(corner(4.0, {}), duals=None)])
+    found = concatenated(
+        [replace(corner(4.0, {}), duals=None), replace(corner(4.0, {}), duals=None)]
+    )
     assert [found.multipliers_at(k)["above"] for k in (0, 1)] == pytest.approx([2 / 3, 2 / 3])
 
 

@@ -81,7 +81,7 @@ def test_mission_with_a_missing_number_is_no_plan(
     engine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An error of the engine, exit code 3; not a plan of the other itineraries."""
-    module = sys.modules["optuav.solving.parts"]
+    module = sys.modules["optuav.solving.route_models"]
     honest = module.quantities
 
     def spoilt(*arguments: Any, **options: Any) -> Any:

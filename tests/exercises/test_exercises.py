@@ -561,7 +561,7 @@ def test_a_dual_is_more_than_its_best_weights(scale: float, rest: float, right: 
     model = copy.copy(worked("08.1"))
     _, _, price = model.variables
     bounded = scale * model.objective - rest * exercises.task("08.1")["most_s"] * price
-    model.sense, model.towards, model.objective = "minimise", -1.0, bounded
+    model.sense, model.sign, model.objective = "minimise", -1.0, bounded
     grade = exercises.check("08.1", model)
     assert bool(grade) == right
     assert right or grade.words.endswith("but the objective is wrong")

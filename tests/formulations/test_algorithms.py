@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from formulations.algorithms import Choice, algorithm1, algorithm2, best_pair
-from optuav.solving.outcome import best
+from optuav.solving.ranking import best
 
 
 def soc_end(hover_s: float, rest_s: float) -> float:

@@ -16,7 +16,7 @@ from optuav.network.graph import edited_network
 from optuav.network.network import Network, build_network
 from optuav.network.variants import as_variants
 from optuav.options import ORDERS, TRAJECTORIES, Order
-from optuav.solving.parts import permitted_routes
+from optuav.solving.route_models import permitted_routes
 from tests.examples import few
 from tests.mission.strategies import missions
 

@@ -106,7 +106,9 @@ def test_an_energy_that_a_new_size_displaces_is_computed() -> None:
     mission = optuav.load("paper-table2")
     larger = mission.replace({"battery.capacity_As": 40_000})
     assert larger.battery.flight_energy_J is None
-    column = as_variants(build_network(mission), build_network(larger)).mission.battery.flight_energy_J
+    column = as_variants(
+        build_network(mission), build_network(larger)
+    ).mission.battery.flight_energy_J
     known_J, displaced_J = np.ravel(column)  # type: ignore[arg-type]
     assert known_J == mission.battery.flight_energy_J
     assert np.isnan(displaced_J)

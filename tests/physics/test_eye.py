@@ -78,12 +78,12 @@ def test_hazard_distances_at_the_ends() -> None:
 @given(st.floats(-8.0, 8.0), st.floats(-6.0, 6.0))
 def test_last_finds_the_root_from_any_scale(log_root: float, log_scale: float) -> None:
     root = 10.0**log_root
-    found = roots.last(lambda x: root - x, 10.0**log_scale)
+    found = roots.last_nonnegative(lambda x: root - x, 10.0**log_scale)
     assert found == pytest.approx(root, rel=1e-9, abs=1e-17 * 10.0**log_scale)
 
 
 def test_last_where_there_is_no_root() -> None:
     """Below 0 at once, never below 0, undefined."""
     values = np.array([-1.0, 1.0, math.nan, 0.0])
-    last = roots.last(lambda x: values + 0.0 * x, 1.0)
+    last = roots.last_nonnegative(lambda x: values + 0.0 * x, 1.0)
     np.testing.assert_array_equal(last, [0.0, math.inf, math.nan, math.inf])

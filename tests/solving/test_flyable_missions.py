@@ -25,8 +25,8 @@ from optuav import Mission, Plan, SolverError
 from optuav.engines import bracket
 from optuav.options import ORDERS
 from optuav.solving import Program, formulate
-from optuav.solving.parts import RouteModel
 from optuav.solving.question import problem_of
+from optuav.solving.route_models import RouteModel
 from optuav.status import Status
 from tests.examples import few
 from tests.mission.strategies import Document, documents

@@ -16,11 +16,11 @@ from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import build_network
 from optuav.options import Perspective
-from optuav.solving import outcome
+from optuav.solving import more_stops
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import by_balance
-from optuav.solving.outcome import more_stops_may_help
-from optuav.solving.question import checked_question
+from optuav.solving.more_stops import more_stops_may_help
+from optuav.solving.question import MOST_BUILDINGS, checked_question
 from tests.asking import solve
 from tests.diagnosis.missions import only
 from tests.examples import few
@@ -71,8 +71,8 @@ def test_more_stops_among_too_many_buildings_are_not_offered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The search takes at most 1000 buildings; here a tenth of them."""
-    assert outcome.MOST_BUILDINGS == 1000
-    monkeypatch.setattr(outcome, "MOST_BUILDINGS", 100)
+    assert MOST_BUILDINGS == 1000
+    monkeypatch.setattr(more_stops, "MOST_BUILDINGS", 100)
     far = [{"name": f"f{k}", "position_m": [5e3 + 50.0 * k, 5e3, 50.0]} for k in range(100)]
     mission = PAPER.replace({"buildings": [*PAPER.to_dict()["buildings"], *far]})
     assert may_help(mission)

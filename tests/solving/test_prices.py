@@ -100,7 +100,7 @@ def solved_again(program: Program, steps: Sequence[Step]) -> Floats | None:
 
     None where an engine leaves an answer open.
     """
-    towards, names = program.parts[0].model.towards, {name for name, _ in steps}
+    towards, names = program.parts[0].model.sign, {name for name, _ in steps}
     best = np.full(len(steps), -np.inf)
     for part in program.parts:
         shape = (len(steps), len(part.routes))

@@ -18,7 +18,7 @@ from optuav.network import obstacles as sight
 from optuav.network import ways
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
-from optuav.solving import promising
+from optuav.solving import promising_buildings as promising
 from optuav.solving.program import best_plan, declared_program
 from optuav.solving.question import Question, checked_question
 from optuav.studies.scenarios import Scenarios
@@ -188,7 +188,7 @@ def test_straight_legs_bound_bent_ones(name: str, changes: Any, expected: bool) 
             both = getattr(first, figure) + getattr(second, figure)
             assert (both >= getattr(straight, figure)).all()
     else:
-        assert promising.program_over_promising(mission, checked_question(mission)) is None
+        assert promising.promising_network(mission, checked_question(mission)) is None
 
 
 def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,7 +196,7 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 2000})
     question = checked_question(mission)
     monkeypatch.setattr(promising, "FIRST", 1)
-    network = promising.program_over_promising(mission, question)
+    network = promising.promising_network(mission, question)
     assert network is not None
     assert len(network.routes) < 21
     assert best_plan(question, network).phases == optuav.solve(mission).phases
@@ -204,7 +204,7 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         promising, "_bounds_s", lambda *_: np.stack([shared + np.inf, *3 * [shared]])
     )
-    everything = promising.program_over_promising(mission, question)
+    everything = promising.promising_network(mission, question)
     assert everything is not None
     assert len(everything.routes) == 21
 

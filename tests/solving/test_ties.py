@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from optuav.solving.outcome import best, tied
+from optuav.solving.ranking import best, tied
 
 NAN = math.nan
 

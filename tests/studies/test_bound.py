@@ -14,7 +14,7 @@ from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.modelling import Model
-from optuav.studies.methods import bound
+from optuav.studies.compare_methods import bound
 from tests.formulations.given import quantities
 
 

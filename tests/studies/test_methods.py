@@ -22,7 +22,7 @@ from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
-from optuav.studies.methods import MethodComparison
+from optuav.studies.compare_methods import MethodComparison
 from optuav.studies.results import Row
 
 SLOTS_S = (1.0, 60.0)

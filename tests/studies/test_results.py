@@ -24,12 +24,12 @@ from optuav.service.horizon import Horizon
 from optuav.service.return_by import ReturnTimes
 from optuav.service.robust import RobustPlan
 from optuav.service.size_fleet import FleetSizes
-from optuav.studies.compare import PlanComparison
-from optuav.studies.methods import MethodComparison
+from optuav.studies.compare_methods import MethodComparison
+from optuav.studies.compare_plans import PlanComparison
+from optuav.studies.compare_speeds import SpeedComparison
 from optuav.studies.power_curve import PowerCurve
 from optuav.studies.results import Comparison, Pictures, Result
 from optuav.studies.sensitivity import Sensitivity
-from optuav.studies.speeds import SpeedComparison
 from optuav.studies.uncertainty import Chances
 
 

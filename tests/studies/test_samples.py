@@ -11,7 +11,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
-from optuav.mission.keys import stated_value, numeric_keys
+from optuav.mission.keys import numeric_keys, stated_value
 
 SPREAD = {
     "battery.capacity_As": {"low": 30e3, "high": 40e3},

@@ -1,5 +1,5 @@
 """Laser beams that spread: the light that a receiver gets, by place."""
 
-from optuav.physics import late
+from optuav.physics import lazy_submodules
 
-__getattr__ = late(__name__)
+__getattr__ = lazy_submodules(__name__)

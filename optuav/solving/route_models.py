@@ -51,7 +51,9 @@ class RouteModel:
         return "rest_time_s" in self.unknowns
 
 
-def permitted_routes(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:
+def permitted_routes(
+    variants: Variants, problem: Formulation, possible: Booleans | None = None
+) -> Booleans:
     """Return which flyable routes a problem may take in every variant (variant or 1, route).
 
     No route in variants that are not `possible` (variant,).
@@ -103,7 +105,9 @@ def declarations(
     passing = question.slot_s is not None and problem.trajectory in ("traj1", "traj2")
     ordered = through_wells or variants.mission.limits.keep_soc == "always"
     variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
-    for group, rests in routes_by_kind(variants.network.routes, route, ordered=ordered, passing=passing):
+    for group, rests in routes_by_kind(
+        variants.network.routes, route, ordered=ordered, passing=passing
+    ):
         which, variants_in = route[group], variant[group]
         table = quantities(variants, which, variants_in, rests=rests, steps=through_wells)
         model, values = problem.declared(table, question.perspective)

@@ -58,7 +58,7 @@ RARE = 0.1  # Share of variants that the routes tried first may leave open
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
 
 
-def program_over_promising(mission: Mission, question: Question) -> Network | None:
+def promising_network(mission: Mission, question: Question) -> Network | None:
     """The network of all routes that may be the best, or that the plan's notes or reasons mention.
 
     Its plan, or reasons for none, also hold for all routes. None if any route may be the best.
@@ -101,7 +101,7 @@ def program_over_promising(mission: Mission, question: Question) -> Network | No
 
 
 def _past_bent(mission: Mission, question: Question, places: Places) -> Network:
-    """`narrowed` where legs are bent, which takes long: only those of routes in question are.
+    """`promising_network` where legs are bent, which takes long: only those in question are.
 
     Until it is bent, a leg counts as if nothing were in the way: bent, it costs no less.
     """
@@ -162,7 +162,9 @@ def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
     """By route with a rest: what no Δ exceeds [s], and the figures of `_figures_s`."""
     count, bounds = len(mission.buildings), list[Floats]()
     for begin in range(0, count, BUILDINGS_AT_ONCE):
-        network = network_by(mission, places, np.arange(begin, min(begin + BUILDINGS_AT_ONCE, count)))
+        network = network_by(
+            mission, places, np.arange(begin, min(begin + BUILDINGS_AT_ONCE, count))
+        )
         bounds.append(_bounds_of(network, question))
     return np.concatenate(bounds, axis=1)
 
@@ -192,8 +194,8 @@ def few_near(mission: Mission, places: Places, size: int, *others: int) -> Netwo
     return _network_of(mission, places, np.union1d(nearest, np.array(others, dtype=np.intp)))
 
 
-def promising_network(network: Network, columns: Columns, question: Question) -> Network | None:
-    """Routes that give `best_of_few` most plans of such variants at once.
+def promising_subset(network: Network, columns: Columns, question: Question) -> Network | None:
+    """Routes that give `best_plans_or_all` most plans of such variants at once.
 
     Without variants to try them on, those near the hover point; None in smaller missions.
     """
@@ -215,7 +217,7 @@ def promising_network(network: Network, columns: Columns, question: Question) ->
 
 
 def takes_few(mission: Mission, question: Question) -> bool:
-    """Return whether `best_of_few` answers a question."""
+    """Return whether `best_plans_or_all` answers a question."""
     known = question.perspective in (AVAILABLE, "battery") and question.problem == P1()
     constant = mission.battery.charging == "constant"
     return known and constant and takes_arrays(mission, question)
@@ -333,7 +335,11 @@ def _contending(variants: Variants, hover_s: Floats, perspective: Perspective) -
 
     By charge and time, and through the wells, as if nothing stood in the way of legs and light.
     """
-    mission, table, flight = variants.mission, route_quantities(variants), variants.mission.flight_model
+    mission, table, flight = (
+        variants.mission,
+        route_quantities(variants),
+        variants.mission.flight_model,
+    )
     roofs_m, wells = mission.buildings.roof_m, perspective == AVAILABLE
     open_ = np.ones((variants.count, len(roofs_m)), bool)
     if wells and (leg := flight.least(_away_m(variants, roofs_m))) is not None:

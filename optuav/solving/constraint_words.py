@@ -1,0 +1,52 @@
+"""Constraints of a route in words: at which moment of the flight each holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from formulations.soc import StepEnd
+from optuav.network.network import Network
+from optuav.network.places import on_landing
+from optuav.solving.assemble import legs_and_stays
+from optuav.solving.route_models import RouteModel
+
+ENDS = {
+    "flight": "at the end of the flight {} → {}",
+    "hover": "after the hover",
+    "rest": "after the rest at {1}",
+}
+"""The end of a phase in words, by its kind, with the places where it starts and ends."""
+
+
+def moments(network: Network, part: RouteModel, entry: int) -> dict[str, str]:
+    """Return by constraint label the moment when it holds on a route, by places, if it has one."""
+    constraints = part.declared.constraints
+    steps = {c.label: c.step for c in constraints if c.step is not None}
+    flights = {c.label: c.moment.flight for c in constraints if isinstance(c.moment, StepEnd)}
+    if not flights:
+        return {}
+    table, names, ends = network.legs, network.places.names, list[str]()
+    landed = [""]
+    for legs, stay in legs_and_stays(network, part.routes, part.rests):
+        leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
+        # The declaration has the stages that any of its routes has, bent ways more than straight.
+        stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
+        of_flight = "of the flight {} → {}".format(*leg)
+        for stage in stages[:-1]:
+            ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
+        ends += [ENDS["flight"].format(*leg)] * (len(stages) > 0)
+        ends += [ENDS[stay].format(*leg)] if stay else []
+        landed += [on_landing(leg[1])] if stay else []
+    known = {label: ends[step] for label, step in steps.items()}
+    return {
+        label: landed[flight] for label, flight in flights.items() if label not in known
+    } | known
+
+
+def words(network: Network, part: RouteModel, entry: int, labels: Sequence[str]) -> list[str]:
+    """Labels of constraints with their moments by the places of the route."""
+    known = moments(network, part, entry)
+    names = {c.label: c.name for c in part.declared.constraints}
+    return [f"{names[label]} {known[label]}" if label in known else label for label in labels]

@@ -1,0 +1,190 @@
+"""The longest hover by perspective, by trajectory or by schedule of the packs, plan by plan."""
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from formulations.p1 import P1
+from formulations.soc import AVAILABLE, PAPER
+from optuav.judge.course import TOLERANCE
+from optuav.mission import Mission
+from optuav.options import SCHEDULES, Perspective
+from optuav.plan import Plan
+from optuav.plan.summary import counted_in
+from optuav.presentation.blocks import Block, Heading, Note, Table
+from optuav.presentation.numbers import fixed
+from optuav.solving import solve
+from optuav.studies.compare_methods import Progress
+from optuav.studies.results import Comparison, Pictures, Row
+
+AXES: Mapping[str, tuple[str, ...]] = {
+    "perspective": (*PAPER, AVAILABLE),
+    "trajectory": ("direct", "traj1", "traj2", "optimal"),
+}
+"""Options to compare plans by, and their values in the order of the table."""
+PERIODS_S = (60.0,)
+UNITS = {
+    **{"flyable": "", "status": "", "hover_time_s": "s", "rest_time_s": "s", "mission_time_s": "s"},
+    **{f"soc_{name}": "-" for name in PAPER},
+    **{"route": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
+}
+FOUND = ("hover_time_s", "rest_time_s", "mission_time_s", "runs_dry_s", "overfull_s")
+GROUNDED = {
+    "dry": "cannot be flown, no available charge is left then",
+    "full": "cannot be flown, charging would drive the available well past full",
+    "low": "cannot be flown, less than limits.min_soc is left in both wells together",
+    "no": "cannot be flown, optuav solve and optuav audit show why",
+}
+"""Words in the column "flies" for a plan that cannot be flown, and their meaning."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PlanComparison(Comparison):
+    """The longest hover by perspective, trajectory or schedule, one row per plan.
+
+    Parameters
+    ----------
+    by, slot_s
+        What was compared, and the length of time slots [s], None for continuous times.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
+    >>> found.by, [round(plan.hover_time_s) for plan in found.plans]
+    (('trajectory',), [689, 715, 720, 720])
+    """
+
+    kind = "optuav comparison of plans"
+    by: tuple[str, ...]
+    slot_s: float | None
+    plans: tuple[Plan, ...] = field(repr=False)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each column by its name."""
+        if self._by_schedule:
+            return {"schedule": "", "period_s": "s", **UNITS, "brings_s": "s"}
+        return {**dict.fromkeys(AXES, ""), **UNITS}
+
+    @property
+    def _by_schedule(self) -> bool:
+        return self.by == ("schedule",)
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield one line a plan with whether it can be flown, and how each is known."""
+        subject = "schedule of the packs" if self._by_schedule else " and ".join(self.by)
+        yield Heading(f"{self.mission.name}: longest hover by {subject}, {counted_in(self.slot_s)}")
+        gain_head = ["gain [s]"] if self._by_schedule else []
+        words = [*(["schedule"] if self._by_schedule else AXES), "flies"]
+        heads = [*words, "Δ [s]", *gain_head, "T' [s]", "T [s]", "η1 [%]", "by way of"]
+        rows, grounded, proofs = list[list[str]](), set[str](), dict[str, dict[str, None]]()
+        for row in self.rows:
+            label, soc = _label(row), row["soc_battery"]
+            flies = _flies(row, self.mission.limits.min_soc)
+            line = (
+                label[0] if label[0] not in proofs else "",
+                *label[1:],
+                flies,
+                fixed(row["hover_time_s"]),
+                *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in gain_head),
+                *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
+                fixed(None if soc is None else 100.0 * soc, otherwise="–"),
+                ", ".join(row["route"][1:-1]) or "–",
+            )
+            rows.append([*line])
+            grounded.add(flies.split()[0])
+            proofs.setdefault(label[0], {})[row["proof"]] = None
+        yield Table(heads, rows, len(words), 1)
+        if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
+            yield Note(meanings)
+        known = list[str]()
+        for proof in dict.fromkeys(map("; ".join, proofs.values())):
+            names = (name for name, each in proofs.items() if "; ".join(each) == proof)
+            known.append(f"{', '.join(names)}: {proof}")
+        reasons = dict.fromkeys(reason for row in self.rows for reason in row["reasons"])
+        yield Note([*known, *(f"Because {reason}" for reason in reasons)])
+
+    def pictures(self) -> Pictures:
+        """Yield the wells of the packs by schedule, or the hover times by all else."""
+        from optuav import plots
+        from optuav.plots.style import drawable
+
+        if self._by_schedule:
+            if any(self.plans):
+                yield "packs.png", plots.packs([plan for plan in self.plans if plan])[0]
+            return
+        names = ("trajectory", "perspective", "hover_time_s", "flyable")
+        bars = [plots.Bar(*(row[name] for name in names)) for row in self.rows]
+        title = f"{drawable(self.mission.name)}: longest hover by trajectory and perspective"
+        yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
+
+
+def compare_plans(
+    mission: Mission,
+    by: tuple[str, ...],
+    perspective: Perspective,
+    slot_s: float | None,
+    periods_s: Sequence[float],
+    progress: Progress | None,
+) -> PlanComparison:
+    """Solve P1 for every choice of the options compared; see `compare`."""
+    by_schedule, settings = by == ("schedule",), _settings(mission, by, perspective, periods_s)
+    rows, plans, tell = list[Row](), list[Plan](), progress or (lambda *_: None)
+    for number, setting in enumerate(settings):
+        tell(number, len(settings), " ".join(_label(setting)))
+        packs = {f"battery.{n}": setting[n] for n in ("schedule", "period_s") if setting.get(n)}
+        problem = P1(trajectory=setting.get("trajectory", "optimal"))
+        counted_by = setting.get("perspective", AVAILABLE)
+        plan = solve(mission.replace(packs), problem, perspective=counted_by, slot_s=slot_s)
+        plans.append(plan)
+        row = {
+            **setting,
+            **{name: getattr(plan, name) if plan else None for name in FOUND},
+            **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
+            **{name: getattr(plan, name) for name in ("flyable", "proof", "reasons")},
+            "status": plan.status.value,
+            "route": plan.route if plan else (),
+        }
+        if by_schedule:
+            known = plan and plans[0]
+            row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if known else None
+        rows.append(row)
+    return PlanComparison(
+        mission=mission, rows=tuple(rows), by=by, slot_s=slot_s, plans=tuple(plans)
+    )
+
+
+def _settings(
+    mission: Mission, by: tuple[str, ...], perspective: Perspective, periods_s: Sequence[float]
+) -> list[Row]:
+    """Return what to choose for each plan: a perspective and a trajectory, or a schedule."""
+    if by == ("schedule",):
+        own_s = mission.battery.period_s
+        turns = [*dict.fromkeys(map(float, [*filter(None, [own_s]), *periods_s]))]
+        periods = {name: turns if name == "alternating" else [None] for name in SCHEDULES}
+        return [{"schedule": n, "period_s": each} for n, some in periods.items() for each in some]
+    by_default = {"perspective": (perspective,), "trajectory": ("optimal",)}
+    axes = (AXES[name] if name in by else by_default[name] for name in AXES)
+    return [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
+
+
+def _label(row: Row) -> tuple[str, ...]:
+    """Return the words that distinguish a plan from the others of its table."""
+    if "schedule" not in row:
+        return tuple(row[name] for name in AXES)
+    period_s = row["period_s"]
+    return (row["schedule"] + (f" {period_s:g} s" if period_s else ""),)
+
+
+def _flies(row: Row, min_soc: float) -> str:
+    """Return whether a plan can be flown, or what prevents it first and from when on."""
+    if row["flyable"] is None or row["flyable"]:
+        return "–" if row["flyable"] is None else "yes"
+    moments = {"dry": row["runs_dry_s"], "full": row["overfull_s"]}
+    known = [(moment_s, word) for word, moment_s in moments.items() if moment_s is not None]
+    if known:
+        first_s, word = min(known)
+        return f"{word} {first_s:.0f} s"
+    soc = row["soc_battery"]
+    return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
