@@ -1,8 +1,9 @@
-"""A course as shapes on a map, KML (OGC 12-007r2) and GeoJSON (RFC 7946), at absolute altitudes."""
+"""A course as shapes on a map: KML (OGC 12-007r2) above mean sea level, and GeoJSON (RFC 7946)."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from xml.etree import ElementTree
 
 from optuav.export import PlanOnEarth, Step
@@ -11,11 +12,16 @@ KML = "http://www.opengis.net/kml/2.2"
 
 
 def geojson(course: PlanOnEarth) -> str:
-    """A line for each flight, and a point for each stay."""
+    """A line for each flight, and a point for each stay; heights are above the ellipsoid."""
     features = []
     for step in course.steps:
-        flies, points = step.kind == "flight", _points(course, step)
-        facts = {"kind": step.kind, "place": step.place, "duration_s": step.duration_s}
+        flies = step.kind == "flight"
+        points = [
+            [*point[:2], *([] if point.ellipsoid_m is None else [point.ellipsoid_m])]
+            for point in step.way
+        ]
+        facts: dict[str, object] = {"kind": step.kind, "place": step.place}
+        facts |= {"duration_s": step.duration_s, "altitudes_m": [*_altitudes_m(course, step)]}
         facts |= {"peak_speed_m_s": step.peak_speed_m_s} if flies else {}
         shape = {"type": "Point", "coordinates": points[0]}
         shape = {"type": "LineString", "coordinates": points} if flies else shape
@@ -39,16 +45,18 @@ def kml(course: PlanOnEarth) -> str:
         _text(mark, "description", f"{step.duration_s:.2f} s{speed}")
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
         _text(shape, "altitudeMode", "absolute")
-        lines = (",".join(map(repr, point)) for point in _points(course, step))
+        altitudes_m = _altitudes_m(course, step)
+        points = ([*point[:2], z_m] for point, z_m in zip(step.way, altitudes_m, strict=True))
+        lines = (",".join(map(repr, point)) for point in points)
         _text(shape, "coordinates", " ".join(lines))
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
-def _points(course: PlanOnEarth, step: Step) -> list[list[float]]:
-    """Longitudes and latitudes [deg] and altitudes above mean sea level [m]."""
-    return [[*point[:2], round(point.z_m + course.altitude_m, 6)] for point in step.way]
+def _altitudes_m(course: PlanOnEarth, step: Step) -> Iterator[float]:
+    """Yield altitudes above mean sea level [m]."""
+    yield from (round(point.z_m + course.altitude_m, 6) for point in step.way)
 
 
 def _text(parent: ElementTree.Element, tag: str, words: str) -> None:
