@@ -168,9 +168,9 @@ def positions_on_earth(mission: Mission, position_m: Floats) -> list[Position]:
         words = "a reference system that holds all places of the plan"
         raise InputError([Fault("crs", crs, words)])
     angles = np.round(degrees, DIGITS)
-    rows = np.column_stack([angles, position_m[:, 2]])
     above_m = _above_ellipsoid_m(angles, position_m[:, 2] + altitude_m_of(mission))
-    return [Position(*row, z_m) for row, z_m in zip(rows.tolist(), above_m, strict=True)]
+    columns = *angles.T.tolist(), position_m[:, 2].tolist(), above_m
+    return [Position(*row) for row in zip(*columns, strict=True)]
 
 
 def _above_ellipsoid_m(degrees: Floats, altitude_m: Floats) -> list[float | None]:
@@ -182,7 +182,7 @@ def _above_ellipsoid_m(degrees: Floats, altitude_m: Floats) -> list[float | None
             above = pyproj.Transformer.from_pipeline(ABOVE_SEA.format(grid))
         except pyproj.exceptions.ProjError:
             continue
-        height_m = np.asarray(above.transform(*degrees.T, altitude_m)[2])
+        height_m = np.asarray(above.transform(degrees[:, 0], degrees[:, 1], altitude_m)[2])
         if np.isfinite(height_m).all():
             return [round(each_m, 3) for each_m in height_m.tolist()]
     return [None] * len(altitude_m)
