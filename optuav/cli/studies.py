@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -52,8 +52,16 @@ class StudyOptions:
         refuse(faults)
         return mission
 
-    def deliver(self, found: Result, more: Mapping[str, object] | None = None) -> None:
-        """Write the files that were asked for of a result, with more figures, and print it."""
+    def deliver(
+        self,
+        found: Result,
+        more: Mapping[str, object] | None = None,
+        already: Sequence[Path] = (),
+    ) -> None:
+        """Write the files that were asked for of a result, with more figures, and print it.
+
+        It also names those that were written already.
+        """
         from optuav.presentation.text import as_lines
 
         def data() -> dict[str, object]:
@@ -61,7 +69,7 @@ class StudyOptions:
             figures = takewhile(lambda item: item[0] != "units", whole.items())
             return {**dict(figures), **(more or {}), **whole}
 
-        written = []
+        written = [*already]
         if self.save is not None:
             from optuav.mission.files import write_text
 
@@ -163,7 +171,11 @@ def coverage(
     overlap_s: float | None = None,
     drones: int | None = None,
     hours: float | None = None,
+    separation_m: str | None = None,
     horizon_hours: float | None = None,
+    flights: Path | None = None,
+    start: str | None = None,
+    climb_m: float | None = None,
     *,
     out: StudyOptions,
 ) -> None:
@@ -171,8 +183,14 @@ def coverage(
 
     Exit code 1 if there is no endless cycle.
     """
-    fleet = share is not None or overlap_s is not None
+    fleet = share is not None or (overlap_s is not None and hours is None)
     _check_hours(horizon_hours, hours, drones, fleet=fleet)
+    of_event = {"separation_m": separation_m, "flights": flights}
+    of_flights = {"start": start, "climb_m": climb_m}
+    faults = [*_beside(of_event, "hours", hours), *_beside(of_flights, "flights", flights)]
+    if flights is not None and start is None:
+        faults.append(Fault("start", "", "is missing: --flights needs when the event begins"))
+    refuse(faults)
     share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
     cycle = optuav.coverage(
         out.mission(mission),
@@ -185,14 +203,31 @@ def coverage(
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
     if hours is not None:
+        step_m = None if separation_m is None else numbers_in(separation_m)
         with progress() as bar:
-            results = cycle.event(hours, drones, bar)
+            results = event = cycle.event(
+                hours,
+                drones,
+                bar,
+                overlap_s=overlap_s,
+                separation_m=step_m[0] if step_m and len(step_m) == 1 else step_m,
+            )
+        if flights is not None:
+            assert start is not None
+            event.save_flights(flights, start, climb_m=climb_m)
     figures, turns = dict[str, object](), ""
     if drones is not None and hours is None:
         figures, turns = _turns(cycle, drones, share, overlap_s)
-    out.deliver(results, figures)
+    out.deliver(results, figures, () if flights is None else [flights])
     if turns and not out.as_json:
         say(turns)
+
+
+def _beside(options: Mapping[str, object], name: str, value: object) -> Iterator[Fault]:
+    """Yield options that are stated without another one, which they need."""
+    for option, stated in options.items():
+        if stated is not None and value is None:
+            yield Fault(option, str(stated), f"goes with --{name}")
 
 
 def _check_hours(
@@ -205,7 +240,7 @@ def _check_hours(
 
     words = {
         "horizon_hours": "plans one drone: leave out --hours, --share, --overlap-s and --drones",
-        "hours": "plans an event without a gap: leave out --share, --overlap-s and --horizon-hours",
+        "hours": "plans an event without a gap: leave out --share and --horizon-hours",
     }
     named = ("horizon_hours", horizon_hours), ("hours", hours)
     faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]

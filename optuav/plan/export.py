@@ -75,12 +75,11 @@ def exported(
         words = f"true; {why}. force = True (--force) exports the plan all the same"
         raise InputError([Fault("plan.flyable", shown(plan.flyable), words)])
     if suffix in MAPS:
-        flat = suffix == ".geojson" and course.start.ellipsoid_m is None
-        course = course._replace(notes=(*course.notes, *([NO_GEOID] if flat else [])))
+        course = with_heights_told(course) if suffix == ".geojson" else course
         return Exported({file: MAPS[suffix](course).encode()}, course.notes[1:])
     height_m = CLIMB_M if climb_m is None else climb_m
     flights = [*course.flights]
-    notes = (*course.notes, *_climbs(plan.mission, len(flights), height_m))
+    notes = (*course.notes, *climbs(plan.mission, len(flights), height_m))
     files = dict[Path, bytes]()
     for number, flight in enumerate(flights, start=1):
         name = f"{file.stem}-{number}" if len(flights) > 1 else file.stem
@@ -90,6 +89,12 @@ def exported(
             (title, *notes),
         )  # fmt: skip
     return Exported(files, notes[1:])
+
+
+def with_heights_told(course: PlanOnEarth) -> PlanOnEarth:
+    """The course with a note if it has no heights above the ellipsoid."""
+    flat = course.start.ellipsoid_m is None
+    return course._replace(notes=(*course.notes, NO_GEOID)) if flat else course
 
 
 def flight_files(
@@ -102,7 +107,7 @@ def flight_files(
     return {file: text.encode(), file.with_suffix(".txt"): ("\n".join(notes) + "\n").encode()}
 
 
-def _climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
+def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
     """Yield what climbs and descents cost beside the plan, and a height that PX4 refuses."""
     legs = [mission.flight_model.leg((0.0, 0.0, height_m)) for height_m in (climb_m, -climb_m)]
     time_s, charge_As = (
@@ -124,7 +129,7 @@ def _climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
 
 
 def course_of(plan: PlanData) -> PlanOnEarth:
-    """The places and waypoints of a plan on Earth, in its order, without stays of no length."""
+    """The places and waypoints of a plan on Earth, in its order, without hovers of no length."""
     mission, route = plan.mission, plan.route
     names = [*dict.fromkeys(route)]
     bent_m = [at for by in plan.waypoints_m for at in by]
@@ -132,7 +137,7 @@ def course_of(plan: PlanData) -> PlanOnEarth:
     places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
     steps = []
     for phase in plan.phases:
-        if phase.kind == "flight" or phase.duration_s > 0.0:
+        if phase.kind != "hover" or phase.duration_s > 0.0:
             end, way = (
                 phase.end_place,
                 (*islice(bends, len(phase.waypoints_m)), places[phase.end_place]),
