@@ -10,7 +10,7 @@ from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from threading import Thread
-from typing import Literal, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import counted, misfits, shown
+from optuav.network.timeline import Phase
 from optuav.physics.kibam import Battery, Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading
@@ -28,6 +29,9 @@ from optuav.service.fleet import OVERLAP, need_handover, repeated, turns_table, 
 from optuav.service.visit import Visit
 from optuav.silence import silent
 from optuav.studies.results import Pictures, Result
+
+if TYPE_CHECKING:
+    from optuav.service.failure import Failure
 
 Constraints: TypeAlias = tuple[Integers, Floats, Floats]
 """Columns and weights of unknowns (row, entry), and the largest sum of each row (row,)."""
@@ -55,6 +59,14 @@ class EventHover(TypedDict):
     start_s: float
     hover_s: float
     rest_s: float
+
+
+class Course(NamedTuple):
+    """A drone's flights without an exchange of its pack."""
+
+    drone: int
+    offset_s: float  # First take-off, counted from the start of the event [s]
+    plan: Plan
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -98,22 +110,67 @@ class Event(Result):
     calm_drones: int | None = None
     in_calm_air: str | None = None
     charged_by: Literal["laser", "pad", "exchange"] = field(repr=False)
-    plans: tuple[Plan, ...] = field(repr=False)  # Of drones; of hovers with exchanges
-    offsets_s: tuple[float, ...] = field(repr=False)
+    ring: Ring = field(repr=False)
+    cycles: tuple[Plan, ...] = field(repr=False)  # A visit of each drone
+    courses: tuple[Course, ...] = field(repr=False)  # Of drones; of hovers with exchanges
+    excused: tuple[float, float] | None = field(default=None, repr=False)  # After a failure [s]
+
+    @property
+    def plans(self) -> tuple[Plan, ...]:
+        """The plan of each course."""
+        return tuple(course.plan for course in self.courses)
+
+    @property
+    def offsets_s(self) -> tuple[float, ...]:
+        """Take-off of each course, counted from the start of the event [s]."""
+        return tuple(course.offset_s for course in self.courses)
+
+    def without(self, drone: int, at_s: float) -> Failure:
+        """Find what a failure of a drone means, and whether the others can cover the rest.
+
+        Parameters
+        ----------
+        drone
+            Which one fails, 1 for the first.
+        at_s
+            When, counted from the start of the event [s], ≥ 0 and before its end. A drone that
+            hovers then is gone at once.
+
+        Returns
+        -------
+        Failure
+            The gap that it makes if the others keep to the roster, a row for each of them with
+            when it can be on station and how long it can hover, and the roster of the others with
+            the shortest gap that was found, flown by the judge, or why there is none.
+
+        Raises
+        ------
+        InputError
+            If there is no such drone, or the moment is outside the event.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> failure = optuav.coverage("matrice350").event(4, 5).without(1, 600)
+        >>> round(failure.gap_s), failure.roster is not None
+        (3000, True)
+        """
+        from optuav.service.failure import failure_of
+
+        return failure_of(self, drone, at_s)
 
     def replay(self) -> FleetReplay:
         """Simulate every drone by the judge alone; each has a place of its own."""
-        flight_s = self.plans[0].phases[0].duration_s
-        until_s, places = flight_s + 3600.0 * self.hours, len(self.plans)
         apart_m = 0.0 if self.separation_m is None else math.hypot(*self.separation_m)
         return replay_fleet(
             self.plans,
             self.offsets_s,
             share=1.0,
-            until_s=until_s,
-            places=places,
+            until_s=3600.0 * self.hours,
+            places=len(self.plans),
             overlap_s=self.overlap_s,
             apart_m=apart_m,
+            excused=self.excused,
         )
 
     def save_flights(
@@ -196,7 +253,10 @@ class Event(Result):
         end_s = turns[-1].offset_s + turns[-1].round_s
         words = f"{self.hours:g} h without a gap, {counted(self.drones, 'drone')}"
         title = f"{words}: {printable(self.mission.name)}"
-        courses = [turns[number :: self.drones] for number in range(self.drones)]
+        courses = [
+            [turn for turn, row in zip(turns, self.rows, strict=True) if row["drone"] == number]
+            for number in range(1, self.drones + 1)
+        ]
         yield "event.png", courses_drawn(courses, end_s, title)
 
 
@@ -254,10 +314,8 @@ def event_of(
             tell(next(tried), None, f"{number} on {printable(roster.ring.building)}")
             if roster.lowest_As >= -ROUNDING * float(roster.battery.capacity_As):
                 event = _event(cycles, hours, least, roster, separation_m)
-                if (verdict := event.replay()).flyable:
-                    plans = (plan.model_copy(update={"flyable": True}) for plan in event.plans)
-                    assert len(verdict.courses) == len(event.plans)
-                    return replace(event, plans=tuple(plans))
+                if event.replay().flyable:
+                    return judged(event)
         if drones is not None:
             words = f"charge allows {number} for {hours:g} h, but every roster that optuav tried "
             words += "empties an available well: allow more drones, or leave their number open"
@@ -539,11 +597,11 @@ def _programme(ring: Ring, longest_s: Floats, count: int) -> Floats | None:
             rows.append((both, gained, -flight_As[:again] - rest_A * away_s))
     least = np.append(least_s, np.zeros(count + 1))
     highest = np.concatenate([longest_s, np.full(count + 1, size_As)])
-    answer = _solved(rows, ring.total_s(count), least, highest)
+    answer = solved(rows, ring.total_s(count), least, highest)
     return None if answer is None else answer[:count]
 
 
-def _solved(
+def solved(
     rows: Sequence[Constraints], total_s: float, least: Floats, highest: Floats
 ) -> Floats | None:
     """The largest last unknown under rows whose weights at some columns keep limits.
@@ -594,18 +652,16 @@ def _event(
 ) -> Event:
     """The roster as a table, with the plan of every course."""
     figures = np.stack([roster.starts_s, roster.hovers_s, roster.rests_s], axis=1).tolist()
-    rows = (
+    rows = tuple(
         EventHover(drone=k % roster.drones + 1, start_s=start_s, hover_s=hover_s, rest_s=rest_s)
         for k, (start_s, hover_s, rest_s) in enumerate(figures)
     )
-    stays_s, courses = [(hover_s, rest_s) for _, hover_s, rest_s in figures], roster.courses
     ring, spots = roster.ring, spots_of(roster.ring.drones, len(cycles))
     at = {spots[n]: cycles[spots[n]].on(visit).plan for n, visit in enumerate(ring.visits)}
-    out_s = [at[spot].phases[0].duration_s for spot in spots]
-    takes_off_s = roster.starts_s - np.resize(out_s, len(figures)) + out_s[0]
+    visited = tuple(at[spot] for spot in spots)
     return Event(
         mission=cycles[0].mission,
-        rows=tuple(rows),
+        rows=rows,
         hours=hours,
         drones=roster.drones,
         least_drones=least,
@@ -614,9 +670,44 @@ def _event(
         overlap_s=ring.overlap_s,
         separation_m=separation_m,
         charged_by=cycles[0].charged_by,
-        plans=tuple(
-            repeated(at[spots[number % ring.drones]], stays_s[number::courses])
-            for number in range(courses)
-        ),
-        offsets_s=tuple(takes_off_s[:courses].tolist()),
+        ring=ring,
+        cycles=visited,
+        courses=courses_of(ring, visited, rows),
     )
+
+
+def courses_of(
+    ring: Ring, cycles: Sequence[Plan], rows: Sequence[EventHover]
+) -> tuple[Course, ...]:
+    """The courses of some hovers, of drones with a cycle each."""
+    numbers = dict.fromkeys(row["drone"] for row in rows)
+    several = [[row for row in rows if row["drone"] == number] for number in numbers]
+    if ring.swap_s is not None:
+        several = [[row] for row in rows]
+    return tuple(
+        Course(
+            first["drone"],
+            first["start_s"] - cycles[first["drone"] - 1].phases[0].duration_s,
+            repeated(
+                cycles[first["drone"] - 1],
+                [(row["hover_s"], row["rest_s"]) for row in (first, *others)],
+            ),
+        )
+        for first, *others in several
+    )
+
+
+def visits_of(phases: Sequence[Phase]) -> Iterator[list[Phase]]:
+    """Yield the legs and the hover of each visit."""
+    for flies, visit in itertools.groupby(phases, key=lambda phase: phase.kind != "rest"):
+        if flies:
+            yield [*visit]
+
+
+def judged(event: Event) -> Event:
+    """The event with plans that carry the judge's verdict, which is that they can be flown."""
+    courses = (
+        course._replace(plan=course.plan.model_copy(update={"flyable": True}))
+        for course in event.courses
+    )
+    return replace(event, courses=tuple(courses))

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
-from itertools import groupby
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from optuav.errors import Fault, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
 from optuav.mission.files import refusal, refusals, write_files
 from optuav.mission.messages import listed, misfits, path_of, shown
-from optuav.network.timeline import Phase
 from optuav.plan.export import (
     CLIMB,
     CLIMB_M,
@@ -24,10 +22,8 @@ from optuav.plan.export import (
     flight_files,
     with_heights_told,
 )
+from optuav.service.event import Event, visits_of
 from optuav.studies.results import as_csv
-
-if TYPE_CHECKING:
-    from optuav.service.event import Event
 
 ROUTE_ENDS = ("origin", "destination")
 PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
@@ -78,7 +74,7 @@ def save_flights(
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
     files, flights = dict[Path, bytes](), list[PilotFlight]()
-    for drone in range(1, event.drones + 1):
+    for drone in dict.fromkeys(course.drone for course in event.courses):
         course, visits = _of_drone(event, drone, begin)
         course = course._replace(notes=(*course.notes, verdict))
         files[folder / f"drone-{drone}.kml"] = shapes.kml(course).encode()
@@ -125,17 +121,14 @@ def _moment(start: object) -> datetime | None:
 def _of_drone(event: Event, drone: int, begin: datetime) -> tuple[PlanOnEarth, list[PilotFlight]]:
     """The course of a drone, and its flights."""
     steps, clocks, left, back_s = list[Step](), list[Clock](), list[float](), -inf
-    first_s = event.plans[0].phases[0].duration_s  # The clock counts from the first hover on
-    courses = [*zip(event.plans, event.offsets_s, strict=True)][drone - 1 :: event.drones]
-    for plan, offset_s in courses:
-        course, visits = course_of(plan), [*_visits(plan.phases)]
+    for _, offset_s, plan in (course for course in event.courses if course.drone == drone):
+        course, visits = course_of(plan), [*visits_of(plan.phases)]
         if steps:  # Its pack was exchanged
             rest = Step("rest", event.building, (course.start,), offset_s - back_s, 0.0)
             steps.append(rest)
         for out, hover, *_, back in visits:
             moments_s = out.start_s, hover.start_s, hover.end_s, back.end_s
-            since_s = offset_s - first_s
-            clocks.append(Clock(*(_later(begin, since_s + at_s) for at_s in moments_s)))
+            clocks.append(Clock(*(_later(begin, offset_s + at_s) for at_s in moments_s)))
             left.append(
                 sum((*back.available_As, *back.bound_As)) / float(plan.mission.pool.capacity_As)
             )
@@ -161,13 +154,6 @@ def _place(event: Event, flight: PilotFlight) -> str:
     """The place on the roof where a drone's battery is charged or exchanged."""
     number = f" {flight.drone}" * (event.charged_by != "exchange")
     return f"{PLACES[event.charged_by]}{number}"
-
-
-def _visits(phases: Sequence[Phase]) -> Iterator[list[Phase]]:
-    """Yield the legs and the hover of each visit."""
-    for flies, group in groupby(phases, key=lambda phase: phase.kind != "rest"):
-        if flies:
-            yield [*group]
 
 
 def _row(event: Event, flight: PilotFlight) -> dict[str, object]:
