@@ -277,11 +277,12 @@ def size(
     share: float = 1.0,
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
+    hours: float | None = None,
     *,
     out: StudyOptions,
 ) -> None:
     """Find the drones, beams, pads, bays and packs that cover a share, by technology."""
-    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s)
+    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
     out.deliver(table)
 
 
