@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 from xml.etree import ElementTree
 
-from optuav.export import PlanOnEarth, Step
+from optuav.export import PlanOnEarth, Position, Step
 
 KML = "http://www.opengis.net/kml/2.2"
 
@@ -16,27 +17,19 @@ def geojson(course: PlanOnEarth) -> str:
     features = []
     for step in course.steps:
         flies = step.kind == "flight"
-        points = [
-            [*point[:2], *([] if point.ellipsoid_m is None else [point.ellipsoid_m])]
-            for point in step.way
-        ]
+        points = [*map(_coordinates, step.way)]
         facts: dict[str, object] = {"kind": step.kind, "place": step.place}
         facts |= {"duration_s": step.duration_s, "altitudes_m": [*_altitudes_m(course, step)]}
         facts |= {"peak_speed_m_s": step.peak_speed_m_s} if flies else {}
         shape = {"type": "Point", "coordinates": points[0]}
         shape = {"type": "LineString", "coordinates": points} if flies else shape
         features.append({"type": "Feature", "properties": facts, "geometry": shape})
-    head = {"type": "FeatureCollection", "name": course.name, "creator": "optuav"}
-    document = {**head, "notes": course.notes, "features": features}
-    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+    return _collection(course.name, course.notes, features)
 
 
 def kml(course: PlanOnEarth) -> str:
     """A placemark for each flight and each stay."""
-    root = ElementTree.Element("kml", xmlns=KML)
-    document = ElementTree.SubElement(root, "Document")
-    _text(document, "name", course.name)
-    _text(document, "description", "\n".join(course.notes))
+    root, document = _kml(course.name, course.notes)
     for step in course.steps:
         mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
         named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
@@ -49,9 +42,43 @@ def kml(course: PlanOnEarth) -> str:
         points = ([*point[:2], z_m] for point, z_m in zip(step.way, altitudes_m, strict=True))
         lines = (",".join(map(repr, point)) for point in points)
         _text(shape, "coordinates", " ".join(lines))
-    ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+    return _xml(root)
+
+
+class Mark(NamedTuple):
+    """A point of a map with a name and facts."""
+
+    name: str
+    position: Position
+    facts: dict[str, float]
+
+
+def marked_geojson(name: str, notes: Sequence[str], marks: Sequence[Mark]) -> str:
+    """A point for each mark; heights are above the ellipsoid."""
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": mark.name, **mark.facts, "z_m": mark.position.z_m},
+            "geometry": {"type": "Point", "coordinates": _coordinates(mark.position)},
+        }
+        for mark in marks
+    ]
+    return _collection(name, notes, features)
+
+
+def marked_kml(name: str, notes: Sequence[str], altitude_m: float, marks: Sequence[Mark]) -> str:
+    """A placemark for each mark, above mean sea level by the altitude of z = 0 [m]."""
+    root, document = _kml(name, notes)
+    for mark in marks:
+        placemark = ElementTree.SubElement(document, "Placemark")
+        _text(placemark, "name", mark.name)
+        facts = (f"{key} {value:.10g}" for key, value in mark.facts.items())
+        _text(placemark, "description", ", ".join(facts))
+        shape = ElementTree.SubElement(placemark, "Point")
+        _text(shape, "altitudeMode", "absolute")
+        at = *mark.position[:2], round(mark.position.z_m + altitude_m, 6)
+        _text(shape, "coordinates", ",".join(map(repr, at)))
+    return _xml(root)
 
 
 def _altitudes_m(course: PlanOnEarth, step: Step) -> Iterator[float]:
@@ -61,3 +88,31 @@ def _altitudes_m(course: PlanOnEarth, step: Step) -> Iterator[float]:
 
 def _text(parent: ElementTree.Element, tag: str, words: str) -> None:
     ElementTree.SubElement(parent, tag).text = words
+
+
+def _coordinates(point: Position) -> list[float]:
+    """Longitude and latitude [deg], and the height above the ellipsoid [m] if it is known."""
+    return [*point[:2], *([] if point.ellipsoid_m is None else [point.ellipsoid_m])]
+
+
+def _collection(name: str, notes: Sequence[str], features: Sequence[object]) -> str:
+    """Features as the text of a file."""
+    head = {"type": "FeatureCollection", "name": name, "creator": "optuav"}
+    document = {**head, "notes": notes, "features": features}
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def _kml(name: str, notes: Sequence[str]) -> tuple[ElementTree.Element, ElementTree.Element]:
+    """A file and its document, which has a name and notes."""
+    root = ElementTree.Element("kml", xmlns=KML)
+    document = ElementTree.SubElement(root, "Document")
+    _text(document, "name", name)
+    _text(document, "description", "\n".join(notes))
+    return root, document
+
+
+def _xml(root: ElementTree.Element) -> str:
+    """An element as the text of a file."""
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

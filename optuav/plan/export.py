@@ -39,8 +39,9 @@ ABOVE_SEA = (
 )
 NO_GEOID = (
     "Without heights: GeoJSON wants them above the ellipsoid, and pyproj has no geoid here "
-    f"({GEOIDS[1]}; projsync fetches it). altitudes_m is above mean sea level."
+    f"({GEOIDS[1]}; projsync fetches it)."
 )
+ABOVE_SEA_LEVEL = " altitudes_m is above mean sea level."
 
 
 class Exported(NamedTuple):
@@ -94,7 +95,7 @@ def exported(
 def with_heights_told(course: PlanOnEarth) -> PlanOnEarth:
     """The course with a note if it has no heights above the ellipsoid."""
     flat = course.start.ellipsoid_m is None
-    return course._replace(notes=(*course.notes, NO_GEOID)) if flat else course
+    return course._replace(notes=(*course.notes, NO_GEOID + ABOVE_SEA_LEVEL)) if flat else course
 
 
 def flight_files(

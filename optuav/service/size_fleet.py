@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, TypedDict
+from typing import Any, Literal, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -131,7 +131,7 @@ class FleetSizes(Result):
         """
         from optuav.plots import Bar, Line, bars, curves
 
-        what = "drones" if self.prices is None else "cost"
+        what: Literal["drones", "cost"] = "drones" if self.prices is None else "cost"
         unit = "drones" if self.prices is None else "cost [currency of the prices]"
         if self.hours is not None:
             values: list[tuple[str, Any]] = [(row["technology"], row[what]) for row in self.rows]
