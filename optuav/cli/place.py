@@ -41,12 +41,9 @@ def place(
             loaded.append(mission_of(mission, settings))
     refuse(faults)
     if save is not None and save.suffix.lower() != ".json":
-        import numpy as np
+        from optuav.plan.export import system_on_earth
 
-        from optuav.plan.export import positions_on_earth
-
-        # Refused before the work if the mission has no place on Earth
-        positions_on_earth(loaded[0], np.array([loaded[0].link.device_m]))
+        system_on_earth(loaded[0])  # Refused before the work
     from optuav.siting.candidates import GRID
 
     with progress("hover times") as bar:

@@ -199,6 +199,10 @@ def coverage(
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
+    if flights is not None:
+        from optuav.plan.export import system_on_earth
+
+        system_on_earth(cycle.mission)  # Refused before the work
     results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)

@@ -155,6 +155,13 @@ def altitude_m_of(mission: Mission) -> float:
     return mission.earth.altitude_m if mission.earth else 0.0
 
 
+def system_on_earth(mission: Mission) -> str:
+    """The reference system of a mission; `InputError` if it has no place on Earth."""
+    if (crs := stated_system(mission)) is None:
+        raise InputError([Fault("crs", "", NO_EARTH)])
+    return crs
+
+
 def positions_on_earth(mission: Mission, position_m: Floats) -> list[Position]:
     """Places of a mission (place, 3) [m] on Earth; needs pyproj.
 
@@ -163,8 +170,7 @@ def positions_on_earth(mission: Mission, position_m: Floats) -> list[Position]:
     InputError
         If the mission states no reference system, or one that does not hold all places.
     """
-    if (crs := stated_system(mission)) is None:
-        raise InputError([Fault("crs", "", NO_EARTH)])
+    crs = system_on_earth(mission)
     require("pyproj", "exports")
     import pyproj
 
