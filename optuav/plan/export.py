@@ -39,7 +39,7 @@ ABOVE_SEA = (
 )
 NO_GEOID = (
     "Without heights: GeoJSON wants them above the ellipsoid, and pyproj has no geoid here "
-    f"({GEOIDS[1]}; projsync fetches it)."
+    f"({GEOIDS[1]}; python -m pyproj sync --file us_nga_egm96 fetches it)."
 )
 ABOVE_SEA_LEVEL = " altitudes_m is above mean sea level."
 
