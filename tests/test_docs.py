@@ -72,6 +72,7 @@ def script(name: str) -> ModuleType:
 
 LONG = ("batch.md", "calibration.md", "coverage.md", "drone-of-today.md", "extend.md")
 LONG += (
+    "event.md",
     "gallery.md",
     "how-we-know.md",
     "maps.md",

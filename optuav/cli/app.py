@@ -26,7 +26,7 @@ COMMANDS = {
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
     **dict.fromkeys(("power", "coverage", "size", "return", "robust"), "studies"),
-    **{"city": "city", "map": "studies", "sweep": "studies"},
+    **{"city": "city", "map": "studies", "place": "place", "sweep": "studies"},
     **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
 }
 """Every command, in the order of the help, with the module that has its function."""

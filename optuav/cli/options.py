@@ -39,7 +39,7 @@ BESIDE = ("perspective", "slot_s", "engine", "time_limit_s")
 """Options that do not belong to the problem."""
 OPPOSITE = {"lit_hover": "--dark-hover"}
 """Options that turn off an argument of the library, by its name."""
-WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
+WRITTEN = {"save", "plot", "animate", "out", "file", "directory", "flights", "save_missions"}
 """Parameters that name a file or a directory to be written."""
 
 

@@ -160,26 +160,32 @@ def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
         raise typer.Exit(NO)
 
 
-def export(plan: str, file: Path, force: bool = False) -> None:
+def export(plan: str, file: Path, climb_m: float | None = None, force: bool = False) -> None:
     """Write where a saved plan flies, hovers and rests on Earth, for maps and autopilots.
 
-    Exit code 1 if there is no plan.
+    A plan with rests becomes one .plan or .waypoints file per flight. Exit code 1 if there is no
+    plan.
     """
-    from optuav.plan.export import WRITERS
+    from optuav.mission.files import ending_of, write_files
+    from optuav.plan.export import SUFFIXES, exported
 
     faults, saved = list[Fault](), None
     with collected(faults):
-        check_places(file, None, *WRITERS, file_only="FILE")
+        ending_of(file, *SUFFIXES, name="FILE")
     with collected(faults):
         saved = optuav.load_plan(plan)
     refuse(faults)
     assert saved is not None
     try:
-        saved.export(file, force=force)
+        files, notes = exported(saved, file, climb_m=climb_m, force=force)
     except NoPlanError as error:
         say(f"{error}")
         raise typer.Exit(NO) from None
-    say(f"wrote {file}", most=None)
+    write_files(files)
+    for note in notes:
+        say(f"Note  {note}")
+    for path in files:
+        say(f"wrote {path}", most=None)
 
 
 def formulate(

@@ -59,15 +59,19 @@ class StudyOptions:
         found: Result,
         more: Mapping[str, object] | None = None,
         below: Sequence[str] = (),
+        already: Sequence[Path] = (),
     ) -> None:
-        """Write the files asked for of a result, with more figures; print it, more lines below."""
+        """Write the files asked for of a result, with more figures; print it, more lines below.
+
+        It also names files that were written already.
+        """
 
         def data() -> dict[str, object]:
             whole = found.to_dict()
             figures = takewhile(lambda item: item[0] != "units", whole.items())
             return {**dict(figures), **(more or {}), **whole}
 
-        written = []
+        written = [*already]
         if self.save is not None:
             from optuav.mission.files import write_text
 
@@ -170,7 +174,11 @@ def coverage(
     overlap_s: float | None = None,
     drones: int | None = None,
     hours: float | None = None,
+    separation_m: str | None = None,
     horizon_hours: float | None = None,
+    flights: Path | None = None,
+    start: str | None = None,
+    climb_m: float | None = None,
     *,
     out: StudyOptions,
 ) -> None:
@@ -180,10 +188,15 @@ def coverage(
     """
     from optuav.service.fleet import faults_of_fleet
 
-    fleet = share is not None or overlap_s is not None
+    fleet = share is not None or (overlap_s is not None and hours is None)
     share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
     faults = [*_faults_of_hours(horizon_hours, hours, drones, fleet=fleet)]
     faults += faults_of_fleet(share, overlap_s)
+    of_event = {"separation_m": separation_m, "flights": flights}
+    of_flights = {"start": start, "climb_m": climb_m}
+    faults += [*_goes_with("hours", hours, of_event), *_goes_with("flights", flights, of_flights)]
+    if flights is not None and start is None:
+        faults.append(Fault("start", "", "is missing: --flights needs when the event begins"))
     with collected(faults):
         cycle = optuav.coverage(
             out.mission(mission),
@@ -193,16 +206,37 @@ def coverage(
             pad_power_W=pad_power_W,
         )
     refuse(faults)
+    if flights is not None:
+        from optuav.plan.export import system_on_earth
+
+        system_on_earth(cycle.mission)  # Refused before the work
     results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
     if hours is not None:
+        step_m = None if separation_m is None else numbers_in(separation_m)
         with progress() as bar:
-            results = cycle.event(hours, drones, bar)
+            results = event = cycle.event(
+                hours,
+                drones,
+                bar,
+                overlap_s=overlap_s,
+                separation_m=step_m[0] if step_m and len(step_m) == 1 else step_m,
+            )
+        if flights is not None:
+            assert start is not None
+            event.save_flights(flights, start, climb_m=climb_m)
     figures, turns = dict[str, object](), list[str]()
     if drones is not None and hours is None:
         figures, turns = _turns(cycle, drones, share, overlap_s)
-    out.deliver(results, figures, turns)
+    out.deliver(results, figures, turns, () if flights is None else [flights])
+
+
+def _goes_with(name: str, value: object, options: Mapping[str, object]) -> Iterator[Fault]:
+    """Yield options that are stated without another one, which they need."""
+    for option, stated in options.items():
+        if stated is not None and value is None:
+            yield Fault(option, str(stated), f"goes with --{name}")
 
 
 def _faults_of_hours(
@@ -215,7 +249,7 @@ def _faults_of_hours(
 
     words = {
         "horizon_hours": "plans one drone: leave out --hours, --share, --overlap-s and --drones",
-        "hours": "plans an event without a gap: leave out --share, --overlap-s and --horizon-hours",
+        "hours": "plans an event without a gap: leave out --share and --horizon-hours",
     }
     named = ("horizon_hours", horizon_hours), ("hours", hours)
     faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
@@ -253,11 +287,12 @@ def size(
     share: float = 1.0,
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
+    hours: float | None = None,
     *,
     out: StudyOptions,
 ) -> None:
     """Find the drones, beams, pads, bays and packs that cover a share, by technology."""
-    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s)
+    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
     out.deliver(table)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 NOT_FLOWN = "Computed by optuav. No autopilot has flown this plan: check it before you use it."
@@ -13,6 +14,7 @@ class Position(NamedTuple):
     longitude_deg: float
     latitude_deg: float
     z_m: float
+    ellipsoid_m: float | None = None  # Height above the ellipsoid of WGS 84, where a geoid is known
 
 
 class Step(NamedTuple):
@@ -25,6 +27,30 @@ class Step(NamedTuple):
     peak_speed_m_s: float  # 0 in a stay
 
 
+class Flight(NamedTuple):
+    """Legs and hovers between a take-off and the next landing."""
+
+    start_place: str
+    rested_s: float  # Before the take-off
+    steps: tuple[Step, ...]
+
+    @property
+    def start(self) -> Position:
+        """The place of the take-off, which an autopilot takes as home."""
+        return self.steps[0].way[0]
+
+    @property
+    def end(self) -> Position:
+        """The place of the landing."""
+        return self.steps[-1].way[-1]
+
+    @property
+    def words(self) -> str:
+        """Its ends, and the rest before it."""
+        rest = f", after a rest of {self.rested_s:.2f} s" * (self.rested_s > 0.0)
+        return f"from {self.start_place} to {self.steps[-1].place}{rest}"
+
+
 class PlanOnEarth(NamedTuple):
     """A plan on Earth."""
 
@@ -32,8 +58,23 @@ class PlanOnEarth(NamedTuple):
     notes: tuple[str, ...]  # `NOT_FLOWN`, and why the plan cannot be flown
     altitude_m: float  # Altitude of z = 0 above mean sea level
     steps: tuple[Step, ...]
+    start_place: str
 
     @property
     def start(self) -> Position:
-        """The origin."""
+        """The first place."""
         return self.steps[0].way[0]
+
+    @property
+    def flights(self) -> Iterator[Flight]:
+        """Yield its flights: a rest ends one, and begins the next."""
+        place, rested_s, steps = self.start_place, 0.0, list[Step]()
+        for step in self.steps:
+            if step.kind != "rest":
+                steps.append(step)
+                continue
+            if steps:
+                yield Flight(place, rested_s, tuple(steps))
+            place, rested_s, steps = step.place, step.duration_s, []
+        if steps:
+            yield Flight(place, rested_s, tuple(steps))

@@ -1,74 +1,79 @@
-"""A course as a mission of MAVLink commands, for QGroundControl and for ArduPilot's tools.
+"""A flight as a mission of MAVLink commands, for QGroundControl and for ArduPilot's tools.
 
-Altitudes are relative to home, which is the origin. A stop on a roof is a landing, a delay and a
-take-off (https://mavlink.io/en/messages/common.html, commands MAV_CMD).
+An autopilot sets home where it arms, refuses a second take-off (PX4) or begins its mission anew
+after a landing (ArduCopter): a mission holds one flight, with altitudes relative to its take-off
+(https://mavlink.io/en/messages/common.html, commands MAV_CMD).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from optuav.export import PlanOnEarth, Position
+from optuav.export import Flight, Position
 
-WAYPOINT, LOITER_TIME, LAND, TAKE_OFF, DELAY, CHANGE_SPEED = 16, 19, 21, 22, 93, 178
+WAYPOINT, LOITER_TIME, LAND, TAKE_OFF, CHANGE_SPEED = 16, 19, 21, 22, 178
 GLOBAL, MISSION, RELATIVE = 0, 2, 3
 """Frames: altitude above mean sea level, no position, and altitude above home."""
-GROUND_SPEED, KEEP_THROTTLE, UNUSED = 1.0, -1.0, -1.0
+GROUND_SPEED, KEEP_THROTTLE = 1.0, -1.0
 QUADROTOR, ANY_AUTOPILOT = 2, 0
 SLOWEST_M_S = 0.01  # A speed of 0 stops the UAV for ever
+LEAST_CLIMB_M = 11.0  # PX4 takes no lower take-off: its acceptance radius of 10 m, and 1 m
 
 
 class Item(NamedTuple):
-    """A command with four parameters; a NaN in the fourth keeps the heading."""
+    """A command with three parameters, and a place with its height above home [m]."""
 
     command: int
     parameters: tuple[float, float, float]
     position: Position | None = None
+    height_m: float = 0.0
 
 
-def items(course: PlanOnEarth) -> Iterator[Item]:
-    """Yield the commands after home."""
-    yield Item(TAKE_OFF, (0.0, 0.0, 0.0), course.start)
-    for step in course.steps:
+def items(flight: Flight, climb_m: float) -> Iterator[Item]:
+    """Yield the commands after home: a climb above the take-off, and a descent from as high."""
+
+    def at(command: int, point: Position, above_m: float = 0.0, stay_s: float = 0.0) -> Item:
+        height_m = round(point.z_m - flight.start.z_m + above_m, 6)
+        return Item(command, (stay_s, 0.0, 0.0), point, height_m)
+
+    yield at(TAKE_OFF, flight.start, climb_m)
+    for step in flight.steps:
         *_, end = step.way
-        if step.kind == "flight":
-            speed_m_s = max(step.peak_speed_m_s, SLOWEST_M_S)
-            yield Item(CHANGE_SPEED, (GROUND_SPEED, speed_m_s, KEEP_THROTTLE))
-            yield from (Item(WAYPOINT, (0.0, 0.0, 0.0), point) for point in step.way[1:])
-        elif step.kind == "hover":
-            yield Item(LOITER_TIME, (step.duration_s, 0.0, 0.0), end)
-        else:
-            yield Item(LAND, (0.0, 0.0, 0.0), end)
-            yield Item(DELAY, (step.duration_s, UNUSED, UNUSED))
-            yield Item(TAKE_OFF, (0.0, 0.0, 0.0), end)
+        if step.kind == "hover":
+            yield at(LOITER_TIME, end, stay_s=step.duration_s)
+            continue
+        speed_m_s = max(step.peak_speed_m_s, SLOWEST_M_S)
+        yield Item(CHANGE_SPEED, (GROUND_SPEED, speed_m_s, KEEP_THROTTLE))
+        yield from (at(WAYPOINT, point) for point in step.way[1:-1])
+        yield at(WAYPOINT, end, climb_m * (step is flight.steps[-1]))
+    yield at(LAND, flight.end)
 
 
-def plan(course: PlanOnEarth) -> str:
-    """The mission as a plan of QGroundControl (its file format, version 1)."""
-    home_m = course.start.z_m
+def plan(flight: Flight, climb_m: float, altitude_m: float, notes: Sequence[str]) -> str:
+    """The mission as a plan of QGroundControl (its file format, version 1), which skips notes."""
     listed = []
-    for number, (command, parameters, position) in enumerate(items(course), start=1):
+    for number, (command, parameters, position, height_m) in enumerate(
+        items(flight, climb_m), start=1
+    ):
         item: dict[str, object] = {"autoContinue": True, "command": command, "doJumpId": number}
         place: list[float | None] = [0.0, 0.0, 0.0, 0.0]
         if position is not None:
-            height_m = round(position.z_m - home_m, 6)
             item |= {"AMSLAltAboveTerrain": None, "Altitude": height_m, "AltitudeMode": 1}
+            # Without a heading the UAV keeps its own
             place = [None, position.latitude_deg, position.longitude_deg, height_m]
-        elif command == DELAY:
-            place[0] = UNUSED
         frame = MISSION if position is None else RELATIVE
         item |= {"frame": frame, "params": [*parameters, *place], "type": "SimpleItem"}
         listed.append(item)
-    longitude_deg, latitude_deg, _ = course.start
-    home = [latitude_deg, longitude_deg, round(home_m + course.altitude_m, 6)]
-    fastest_m_s = max(SLOWEST_M_S, *(step.peak_speed_m_s for step in course.steps))
+    longitude_deg, latitude_deg, z_m, _ = flight.start
+    home = [latitude_deg, longitude_deg, round(z_m + altitude_m, 6)]
+    fastest_m_s = max(SLOWEST_M_S, *(step.peak_speed_m_s for step in flight.steps))
     document = {
         "fileType": "Plan",
         "version": 1,
         "groundStation": "optuav",
-        "notes": course.notes,
+        "notes": notes,
         "geoFence": {"circles": [], "polygons": [], "version": 2},
         "rallyPoints": {"points": [], "version": 2},
         "mission": {
@@ -80,20 +85,15 @@ def plan(course: PlanOnEarth) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
-def waypoints(course: PlanOnEarth) -> str:
-    """The mission as MAVLink's text of waypoints, version 110; lines with # are comments."""
-    start, home_m = course.start, course.start.z_m
-    rows = [(1, GLOBAL, WAYPOINT, (0.0, 0.0, 0.0), start[1], start[0], home_m + course.altitude_m)]
-    for command, parameters, position in items(course):
-        frame, place = MISSION, (0.0, 0.0, 0.0)
-        if position is not None:
-            frame = RELATIVE
-            place = (position.latitude_deg, position.longitude_deg, position.z_m - home_m)
-        rows.append((0, frame, command, parameters, *place))
-    lines = ["QGC WPL 110", *(f"# {note}" for note in course.notes)]
-    for number, (current, frame, command, parameters, *angles_and_height) in enumerate(rows):
-        heading = UNUSED if command == DELAY else 0.0
-        numbers = (*parameters, heading, *angles_and_height)
-        figures = "\t".join(f"{parameter:.9f}" for parameter in numbers)
-        lines.append(f"{number}\t{current}\t{frame}\t{command}\t{figures}\t1")
+def waypoints(flight: Flight, climb_m: float, altitude_m: float) -> str:
+    """The mission as MAVLink's text of waypoints, version 110: twelve fields a line, no notes."""
+    home = flight.start
+    first = Item(WAYPOINT, (0.0, 0.0, 0.0), home, round(home.z_m + altitude_m, 6))
+    lines = ["QGC WPL 110"]
+    for number, item in enumerate([first, *items(flight, climb_m)]):
+        command, parameters, position, height_m = item
+        frame = MISSION if position is None else RELATIVE if number else GLOBAL
+        place = (0.0, 0.0) if position is None else (position.latitude_deg, position.longitude_deg)
+        figures = "\t".join(f"{figure:.9f}" for figure in (*parameters, 0.0, *place, height_m))
+        lines.append(f"{number}\t{int(not number)}\t{frame}\t{command}\t{figures}\t1")
     return "\n".join(lines) + "\n"

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
@@ -43,6 +44,8 @@ def replay_fleet(
     overlap_s: float = 0.0,
     place_s: float = 0.0,
     beams: int | None = None,
+    apart_m: float = 0.0,
+    excused: Interval | None = None,
 ) -> FleetReplay:
     """Simulate the courses of drones that take off at their offsets [s].
 
@@ -50,7 +53,8 @@ def replay_fleet(
     [s] at the end of each hover, and its whole part at every moment; below 1, gaps are no longer
     than those of a ring that starts in a fixed rhythm. Each drone occupies one of the places to
     rest at for some time [s] after a landing. A beam, if these are counted, lights one drone that
-    hovers or occupies a place.
+    hovers or occupies a place. Drones whose hovers overlap or touch are so far apart [m]. Nobody
+    needs to hover in an interval [s] that is excused.
     """
     replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
     courses = tuple(replays[id(plan)] for plan in plans)
@@ -78,8 +82,11 @@ def replay_fleet(
                     low = f"{words}too little charge is left at a landing"
                     events.append(FlightEvent("state of charge", end_s, low))
     rounding_s = TOLERANCE * until_s
+    if excused is not None:
+        hovers.append((excused[0] - overlap_s, excused[1] + overlap_s))
     gap_s, faults = _coverage_faults(sorted(hovers), share, overlap_s, until_s, rounding_s)
     events += faults
+    events += _too_close(courses, offsets_s, apart_m, rounding_s)
     most, at_s = busiest(stays, rounding_s)
     if most > places:
         events.append(FlightEvent("place", at_s, f"{most} drones rest at {places} places"))
@@ -88,6 +95,23 @@ def replay_fleet(
         events.append(FlightEvent("beam", at_s, f"{most} drones are lit by {beams} beams"))
     events.sort(key=lambda event: event.time_s)
     return FleetReplay(courses, gap_s, tuple(events))
+
+
+def _too_close(
+    replays: Sequence[Replay], offsets_s: Sequence[float], apart_m: float, rounding_s: float
+) -> Iterator[FlightEvent]:
+    """Yield handovers at which two drones hover too close to each other."""
+    hovers = sorted(
+        (offset_s + phase.start_s, offset_s + phase.end_s, number, phase.start.position_m)
+        for number, (course, offset_s) in enumerate(zip(replays, offsets_s, strict=True), start=1)
+        for phase in course.phases
+        if phase.kind == "hover"
+    )
+    for (_, end_s, one, at_m), (begin_s, _, other, next_m) in pairwise(hovers):
+        away_m = math.dist(at_m, next_m)
+        if begin_s <= end_s + rounding_s and one != other and away_m < apart_m - TOLERANCE:
+            words = f"drones {one} and {other} hover {away_m:.2f} m apart, less than {apart_m:g} m"
+            yield FlightEvent("separation", begin_s, words)
 
 
 def _coverage_faults(
@@ -103,7 +127,8 @@ def _coverage_faults(
     if gap_s > allowed_s:
         faults.append(FlightEvent("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
     elif share * (1.0 + TOLERANCE) >= 1.0:
-        short_s, at_s = longest_gap(counted, wanted, first_s, until_s)
+        # The last hover hands over to nobody
+        short_s, at_s = longest_gap(counted, wanted, first_s, min(until_s, hovers[-1][0]))
         if short_s > rounding_s:
             words = f"hovers overlap by {overlap_s - short_s:.2f} s, less than {overlap_s:g} s"
             faults.append(FlightEvent("overlap", at_s, words))

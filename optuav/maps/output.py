@@ -128,6 +128,7 @@ def _geotiff(found: xarray.DataArray) -> bytes:
             # Before the values, to stand at the head of the file, which marks it as ours.
             file.update_tags(TIFFTAG_SOFTWARE="optuav", **_facts(found))
             file.set_band_description(1, f"{found.name}")
+            file.set_band_unit(1, "s")
             file.write(found.to_numpy()[::-1], 1)
         content: bytes = memory.read()
     return content

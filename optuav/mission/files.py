@@ -269,7 +269,10 @@ def check_place(path: Path, content: bytes | None = None) -> None:
             return
         if content is None and path.suffix == ".csv":
             return  # only its header can tell
-        with path.open("rb") as file:
+        # A text of waypoints has no place for a mark, but its notes beside it
+        notes = path.with_suffix(".txt")
+        marked = notes if path.suffix.lower() == ".waypoints" and notes.is_file() else path
+        with marked.open("rb") as file:
             head = file.read(HEAD)
             if head.startswith(PARQUET):  # Its metadata, and their length, are at its end
                 end = max(0, path.stat().st_size - 8)

@@ -2,66 +2,143 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import islice
+from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, require, shown
-from optuav.export import NOT_FLOWN, PlanOnEarth, Position, Step, shapes, waypoints
+from optuav.arrays import Floats
+from optuav.errors import Fault, InputError, refuse, require, shown
+from optuav.export import NOT_FLOWN, Flight, PlanOnEarth, Position, Step, shapes, waypoints
+from optuav.fields import Range
+from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
-from optuav.mission.files import ending_of, write_text
-from optuav.mission.messages import path_of
+from optuav.mission.files import ending_of, write_files
+from optuav.mission.messages import misfits, path_of, plural
 from optuav.network.map_extent import scene
 from optuav.plan.data import PlanData
 
-WRITERS: dict[str, Callable[[PlanOnEarth], str]] = {
-    ".kml": shapes.kml,
-    ".geojson": shapes.geojson,
-    ".plan": waypoints.plan,
-    ".waypoints": waypoints.waypoints,
-}
-"""Writer of a course, by the suffix of the file."""
+MAPS: dict[str, Callable[[PlanOnEarth], str]] = {".kml": shapes.kml, ".geojson": shapes.geojson}
+"""Writer of a whole course, by the suffix of the file."""
+MISSIONS = ".plan", ".waypoints"
+"""Suffixes of files that hold one flight each."""
+SUFFIXES = *MAPS, *MISSIONS
+CLIMB = Range("m", gt=0.0, le=1000.0)
+CLIMB_M = 12.0
 DIGITS = 9  # Decimals of degrees, 0.1 mm
 NO_EARTH = "is missing; an export needs the mission's place on Earth: crs, or [earth]"
+GEOIDS = "us_nga_egm08_25.tif", "us_nga_egm96_15.tif"
+"""Grids of heights of the sea above the ellipsoid, EGM2008 and EGM96, as PROJ names them."""
+ABOVE_SEA = (
+    "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad "
+    "+step +proj=vgridshift +grids={} +multiplier=1 "
+    "+step +proj=unitconvert +xy_in=rad +xy_out=deg"
+)
+NO_GEOID = (
+    "Without heights: GeoJSON wants them above the ellipsoid, and pyproj has no geoid here "
+    f"({GEOIDS[1]}; python -m pyproj sync --file us_nga_egm96 fetches it)."
+)
+ABOVE_SEA_LEVEL = " altitudes_m is above mean sea level."
 
 
-def export(plan: PlanData, path: str | Path, *, force: bool = False) -> Path:
+class Exported(NamedTuple):
+    """Files of a plan, not yet written, and what is to be told about them."""
+
+    files: dict[Path, bytes]
+    notes: tuple[str, ...]
+
+
+def export(
+    plan: PlanData, path: str | Path, *, climb_m: float | None = None, force: bool = False
+) -> tuple[Path, ...]:
     """Write the course of a plan; see `Plan.export`."""
+    files, _ = exported(plan, path, climb_m=climb_m, force=force)
+    write_files(files)
+    return tuple(files)
+
+
+def exported(
+    plan: PlanData, path: str | Path, *, climb_m: float | None = None, force: bool = False
+) -> Exported:
+    """Return the files of a plan's course; see `Plan.export`."""
     file = path_of(path)
-    write = WRITERS[ending_of(file, *WRITERS)]
+    suffix = ending_of(file, *SUFFIXES)
+    faults = [] if climb_m is None else [*misfits(("climb_m", climb_m, CLIMB))]
+    if climb_m is not None and suffix in MAPS:
+        faults.append(Fault("climb_m", shown(climb_m), f"goes with {' and '.join(MISSIONS)}"))
+    refuse(faults)
     course = course_of(plan)
     if not (plan.flyable or force):
         why = "; ".join(plan.faults) or "its simulation failed or is missing; optuav audit"
         words = f"true; {why}. force = True (--force) exports the plan all the same"
         raise InputError([Fault("plan.flyable", shown(plan.flyable), words)])
-    write_text(file, write(course))
-    return file
+    if suffix in MAPS:
+        course = with_heights_told(course) if suffix == ".geojson" else course
+        return Exported({file: MAPS[suffix](course).encode()}, course.notes[1:])
+    height_m = CLIMB_M if climb_m is None else climb_m
+    flights = [*course.flights]
+    notes = (*course.notes, *climbs(plan.mission, len(flights), height_m))
+    files = dict[Path, bytes]()
+    for number, flight in enumerate(flights, start=1):
+        name = f"{file.stem}-{number}" if len(flights) > 1 else file.stem
+        title = f"{course.name}, flight {number} of {len(flights)}: {flight.words}"
+        files |= flight_files(
+            flight, file.with_name(f"{name}{file.suffix}"), height_m, course.altitude_m,
+            (title, *notes),
+        )  # fmt: skip
+    return Exported(files, notes[1:])
+
+
+def with_heights_told(course: PlanOnEarth) -> PlanOnEarth:
+    """The course with a note if it has no heights above the ellipsoid."""
+    flat = course.start.ellipsoid_m is None
+    return course._replace(notes=(*course.notes, NO_GEOID + ABOVE_SEA_LEVEL)) if flat else course
+
+
+def flight_files(
+    flight: Flight, file: Path, climb_m: float, altitude_m: float, notes: tuple[str, ...]
+) -> dict[Path, bytes]:
+    """The file of one flight; beside a text of waypoints, which has no place for it, its notes."""
+    if file.suffix.lower() == ".plan":
+        return {file: waypoints.plan(flight, climb_m, altitude_m, notes).encode()}
+    text = waypoints.waypoints(flight, climb_m, altitude_m)
+    return {file: text.encode(), file.with_suffix(".txt"): ("\n".join(notes) + "\n").encode()}
+
+
+def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
+    """Yield what climbs and descents cost beside the plan, and a height that PX4 refuses."""
+    legs = [mission.flight_model.leg((0.0, 0.0, height_m)) for height_m in (climb_m, -climb_m)]
+    time_s, charge_As = (
+        flights * float(sum(figures))
+        for figures in zip(*((leg.duration_s, leg.charge_As) for leg in legs), strict=True)
+    )
+    if isfinite(time_s + charge_As):
+        share = charge_As / float(mission.pool.capacity_As)
+        yield (
+            f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
+            f"after its last one. The plan does not count that: {time_s:.1f} s and {share:.2%} of "
+            f"the battery in {plural(flights, 'flight')}."
+        )
+    if climb_m < waypoints.LEAST_CLIMB_M:
+        yield (
+            f"PX4 refuses a take-off to less than {waypoints.LEAST_CLIMB_M:g} m, unless its "
+            "parameter NAV_ACC_RAD is below 10 m."
+        )
 
 
 def course_of(plan: PlanData) -> PlanOnEarth:
-    """The places and waypoints of a plan on Earth, in its order, without stays of no length."""
+    """The places and waypoints of a plan on Earth, in its order, without hovers of no length."""
     mission, route = plan.mission, plan.route
-    if (crs := stated_system(mission)) is None:
-        raise InputError([Fault("crs", "", NO_EARTH)])
-    require("pyproj", "exports of plans")
-    import pyproj
-
     names = [*dict.fromkeys(route)]
     bent_m = [at for by in plan.waypoints_m for at in by]
-    position_m = np.array([*scene(mission).positions(names), *bent_m])
-    ahead = pyproj.Transformer.from_crs(system_in_metres(crs), DEGREES, always_xy=True)
-    degrees = np.column_stack(ahead.transform(*position_m[:, :2].T))
-    if not np.isfinite(degrees).all():
-        words = "a reference system that holds all places of the plan"
-        raise InputError([Fault("crs", crs, words)])
-    angles = np.round(degrees, DIGITS)
-    points = [Position(*row) for row in np.column_stack([angles, position_m[:, 2]]).tolist()]
+    points = positions_on_earth(mission, np.array([*scene(mission).positions(names), *bent_m]))
     places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
     steps = []
     for phase in plan.phases:
-        if phase.kind == "flight" or phase.duration_s > 0.0:
+        if phase.kind != "hover" or phase.duration_s > 0.0:
             end, way = (
                 phase.end_place,
                 (*islice(bends, len(phase.waypoints_m)), places[phase.end_place]),
@@ -69,5 +146,55 @@ def course_of(plan: PlanData) -> PlanOnEarth:
             if phase.kind == "flight":
                 way = (places[phase.start_place], *way)
             steps.append(Step(phase.kind, end, way, phase.duration_s, phase.peak_speed_m_s))
-    altitude_m = mission.earth.altitude_m if mission.earth else 0.0
-    return PlanOnEarth(mission.name, (NOT_FLOWN, *plan.faults), altitude_m, tuple(steps))
+    notes = (NOT_FLOWN, *plan.faults)
+    return PlanOnEarth(mission.name, notes, altitude_m_of(mission), tuple(steps), route[0])
+
+
+def altitude_m_of(mission: Mission) -> float:
+    """Altitude of the mission's z = 0 above mean sea level [m]."""
+    return mission.earth.altitude_m if mission.earth else 0.0
+
+
+def system_on_earth(mission: Mission) -> str:
+    """The reference system of a mission; `InputError` if it has no place on Earth."""
+    if (crs := stated_system(mission)) is None:
+        raise InputError([Fault("crs", "", NO_EARTH)])
+    return crs
+
+
+def positions_on_earth(mission: Mission, position_m: Floats) -> list[Position]:
+    """Places of a mission (place, 3) [m] on Earth; needs pyproj.
+
+    Raises
+    ------
+    InputError
+        If the mission states no reference system, or one that does not hold all places.
+    """
+    crs = system_on_earth(mission)
+    require("pyproj", "exports")
+    import pyproj
+
+    ahead = pyproj.Transformer.from_crs(system_in_metres(crs), DEGREES, always_xy=True)
+    degrees = np.column_stack(ahead.transform(*position_m[:, :2].T))
+    if not np.isfinite(degrees).all():
+        words = "a reference system that holds all places of the plan"
+        raise InputError([Fault("crs", crs, words)])
+    angles = np.round(degrees, DIGITS)
+    above_m = _above_ellipsoid_m(angles, position_m[:, 2] + altitude_m_of(mission))
+    columns = *angles.T.tolist(), position_m[:, 2].tolist(), above_m
+    return [Position(*row) for row in zip(*columns, strict=True)]
+
+
+def _above_ellipsoid_m(degrees: Floats, altitude_m: Floats) -> list[float | None]:
+    """Heights above the ellipsoid by the first geoid that pyproj has [m]; None without any."""
+    import pyproj
+
+    for grid in GEOIDS:
+        try:
+            above = pyproj.Transformer.from_pipeline(ABOVE_SEA.format(grid))
+        except pyproj.exceptions.ProjError:
+            continue
+        height_m = np.asarray(above.transform(degrees[:, 0], degrees[:, 1], altitude_m)[2])
+        if np.isfinite(height_m).all():
+            return [round(each_m, 3) for each_m in height_m.tolist()]
+    return [None] * len(altitude_m)

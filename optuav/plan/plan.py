@@ -131,31 +131,39 @@ class Plan(Presented, PlanData):
         write_text(file, text + "\n")
         return file
 
-    def export(self, path: str | Path, *, force: bool = False) -> Path:
+    def export(
+        self, path: str | Path, *, climb_m: float | None = None, force: bool = False
+    ) -> tuple[Path, ...]:
         """Write where the plan flies, hovers and rests on Earth; needs pyproj.
 
         Parameters
         ----------
         path
-            The file; its suffix decides the format. .kml and .geojson hold lines and points at
-            altitudes above mean sea level, z + ``earth.altitude_m``. .plan (QGroundControl) and
-            .waypoints (MAVLink's text, "QGC WPL 110") hold commands at altitudes above home, which
-            is the origin: a change of speed before each leg, a hover as a loiter with its time, a
-            rest as a landing, a delay and a take-off. An existing file is replaced.
+            The file; its suffix decides the format. .kml and .geojson hold lines and points: KML at
+            altitudes above mean sea level, z + ``earth.altitude_m``, GeoJSON above the ellipsoid,
+            or without heights where pyproj has no geoid. .plan (QGroundControl) and .waypoints
+            (MAVLink's text, "QGC WPL 110") hold one flight each, from a take-off to the next
+            landing: of a plan with rests, ``hill.plan`` becomes ``hill-1.plan``, ``hill-2.plan``
+            and so on. Heights are relative to the take-off place of the file, its home. Notes of
+            ``hill.waypoints`` stand in ``hill.txt``. Existing files are replaced.
+        climb_m
+            Height of every take-off above its place, and of the approach to every landing, > 0 and
+            up to 1000 [m]; None for 12. For .plan and .waypoints.
         force
             Whether to export a plan that cannot be flown, or was not simulated; the file says why.
 
         Returns
         -------
-        Path
-            The file that was written. It says that no autopilot has flown the plan.
+        tuple of Path
+            The files that were written. They say that no autopilot has flown the plan, and what
+            climbs and descents cost beside it.
 
         Raises
         ------
         InputError
-            If the suffix is another, the mission states neither ``crs`` nor ``[earth]``, the
-            reference system is unknown or not in metres, the plan cannot be flown, or the file
-            cannot be written.
+            If the suffix is another, the climb is out of range or stated for a map, the mission
+            states neither ``crs`` nor ``[earth]``, the reference system is unknown or not in
+            metres, the plan cannot be flown, or a file cannot be written.
         NoPlanError
             Without a plan.
 
@@ -165,12 +173,12 @@ class Plan(Presented, PlanData):
         >>> place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4}
         >>> plan = optuav.solve(optuav.load("paper").replace(place))
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     plan.export(f"{folder}/paper.waypoints").read_text().splitlines()[0]
-        'QGC WPL 110'
+        ...     [path.name for path in plan.export(f"{folder}/paper.plan")]
+        ['paper-1.plan', 'paper-2.plan']
         """
         from optuav.plan.export import export
 
-        return export(self, path, force=force)
+        return export(self, path, climb_m=climb_m, force=force)
 
 
 Plans: TypeAlias = Plan | str | Path | Sequence[Plan | str | Path]

@@ -171,6 +171,9 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
         look: Look = {"color": colour, "markersize": size, "linewidth": 1.0, "label": words}
         look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
+    for number, at_m in zip(found.selection.sites, chosen_m, strict=True):
+        beside: Look = {"textcoords": "offset points", "xytext": (7.0, 5.0)}
+        ax.annotate(str(number), at_m, **beside)
     _legend_below(ax, handles)
     lasers = f"lasers on {len(chosen_m)} of {plural(len(candidates_m), 'candidate')}"
     title = f"{style.drawable(found.missions[0].name)}: {lasers}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -34,6 +34,7 @@ Figure = TypeVar("Figure")
 PERSPECTIVES = ("available", "battery")
 DURATION = Range("s", gt=0, le=1e7)
 POWER = Range("W", gt=0, le=1e9)
+STEP = Range("m", ge=-1000, le=1000)
 DRONES_IN_CALM = "{} drones"
 
 
@@ -69,6 +70,7 @@ class Coverage(EndlessCycle):
 
     # The cycle in calm air, or why there is none, if hovering counts on the wind
     calm: Coverage | str | None = field(default=None, repr=False)
+    options: Mapping[str, Any] = field(default_factory=dict, repr=False)  # As asked
 
     def fleet(self, share: float = 1.0, overlap_s: float = 0.0) -> Fleet:
         """Find the smallest fleet of such drones that covers a share of the time.
@@ -170,7 +172,13 @@ class Coverage(EndlessCycle):
         return replace(day, calm_hover_s=hover_s, in_calm_air=words)
 
     def event(
-        self, hours: float, drones: int | None = None, progress: Progress | None = None
+        self,
+        hours: float,
+        drones: int | None = None,
+        progress: Progress | None = None,
+        *,
+        overlap_s: float = 0.0,
+        separation_m: float | Sequence[float] | None = None,
     ) -> Event:
         """Find the fewest drones that cover some hours without a gap, all full at the start.
 
@@ -188,6 +196,13 @@ class Coverage(EndlessCycle):
             How many there are, 1 to 100; None for the fewest.
         progress
             Called before each roster is tried, with how many were tried, None, and what comes.
+        overlap_s
+            For how long a hover goes on after the next one began [s], at most half of a hover.
+        separation_m
+            Distance between the hover points of drones that take turns [m]: a number for a point
+            that is higher, or the step (x, y, z) to it, up to 1000 m long; None for one point. Of
+            an odd number of drones, the last one hovers two steps away; where it cannot, their
+            number is even. Every drone keeps its point, with the legs and the light of that point.
 
         Returns
         -------
@@ -199,7 +214,8 @@ class Coverage(EndlessCycle):
         ------
         InputError, NoPlanError
             If a number is out of range, or the perspective is ``"battery"``; or if so many drones
-            do not suffice, or the hover never ends.
+            do not suffice, no drone can serve the device from a point apart, or the hover never
+            ends.
 
         Examples
         --------
@@ -207,12 +223,32 @@ class Coverage(EndlessCycle):
         >>> relay = optuav.coverage("matrice350")
         >>> [relay.event(hours).drones for hours in (1, 2, 4)]
         [2, 3, 4]
+        >>> relay.event(2, overlap_s=60, separation_m=10).drones
+        3
         """
-        event = event_of(self, hours, drones, progress)
+        step_m = None if separation_m is None else _step_of(separation_m)
+        cycles = [self, *([] if step_m is None else self._apart(step_m))]
+        event = event_of(cycles, hours, drones, overlap_s, step_m, progress)
         number, words = self._in_calm_air(
-            lambda calm: calm.event(hours, progress=progress).drones, DRONES_IN_CALM
+            lambda calm: (
+                calm.event(
+                    hours, progress=progress, overlap_s=overlap_s, separation_m=separation_m
+                ).drones
+            ),
+            DRONES_IN_CALM,
         )
         return replace(event, calm_drones=number, in_calm_air=words)
+
+    def _apart(self, step_m: Sequence[float]) -> Iterator[Coverage]:
+        """Yield the cycles a step [m] from the hover point, and two steps, if there is one."""
+        for steps in (1, 2):
+            try:
+                moved = _moved(self.mission, [steps * metres for metres in step_m])
+                yield coverage(moved, **self.options)
+            except NoPlanError as error:
+                if steps == 1:
+                    words = f"nobody hovers separation_m from the hover point: {error}"
+                    raise NoPlanError(words) from None
 
     def watts(self, drones: int, share: float = 1.0, overlap_s: float = 0.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.
@@ -311,16 +347,13 @@ def coverage(
     lit = lit_hover and swap_s is None and pad_power_W is None
     hover_A, rest_A = _net_currents(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
-    calm = in_calm_air(
-        loaded,
-        lambda calm: coverage(
-            calm,
-            perspective=perspective,
-            swap_s=swap_s,
-            lit_hover=lit_hover,
-            pad_power_W=pad_power_W,
-        ),
-    )
+    options: dict[str, Any] = {
+        "perspective": perspective,
+        "swap_s": swap_s,
+        "lit_hover": lit_hover,
+        "pad_power_W": pad_power_W,
+    }
+    calm = in_calm_air(loaded, lambda calm: coverage(calm, **options))
     in_calm = calm.share if isinstance(calm, Coverage) else calm
     calm_share, words = with_words(in_calm, lambda share: f"{percent(share)} of the time")
     asked: dict[str, Any] = {
@@ -331,6 +364,7 @@ def coverage(
         "calm_share": calm_share,
         "in_calm_air": words,
         "calm": calm,
+        "options": options,
     }
     if hover_A <= 0.0:
         return Coverage(rows=(), **NEVER_LANDS, **asked)
@@ -343,6 +377,37 @@ def coverage(
         visits=tuple(visit for visit in visits if visit is not best),
         **asked,
     )
+
+
+def _step_of(separation_m: float | Sequence[float]) -> tuple[float, ...]:
+    """A separation as a step (x, y, z) [m], a number being one in height."""
+    number = isinstance(separation_m, int | float)
+    step_m: Any = (0.0, 0.0, separation_m) if number else separation_m
+    known = isinstance(step_m, Sequence) and len(step_m) == 3 and all(map(STEP.accepts, step_m))
+    least = 0.0 if number else -1000.0
+    if not known or not 0.0 < math.hypot(*step_m) <= 1000.0 or step_m[2] < least:
+        words = "must be a number, 0 < x <= 1000, or a step (x, y, z), up to 1000 long [m]"
+        raise InputError([Fault("separation_m", shown(separation_m), words)])
+    return tuple(map(float, step_m))
+
+
+def _moved(mission: Mission, step_m: Sequence[float]) -> Mission:
+    """The mission with its hover point a step [m] away, upwards along the edge of the link."""
+    point_m, limits = [*map(float, vehicle.hover_point_m(mission))], mission.limits
+    height_m = point_m[2] + step_m[2]
+    if height_m > limits.max_altitude_m:
+        words = (
+            f"it is at {height_m:g} m, above limits.max_altitude_m = {limits.max_altitude_m:g} m"
+        )
+        raise NoPlanError(words)
+    if mission.route.hover_m is None and step_m[2] > 0.0 and not any(step_m[:2]):
+        lifted = mission.replace({"limits.min_altitude_m": height_m})
+        higher_m = [*map(float, vehicle.hover_point_m(lifted))]
+        if not np.isfinite(higher_m).all():
+            raise NoPlanError(f"the link of the device does not reach {height_m:g} m")
+        return mission.replace({"route.hover_m": higher_m})
+    moved_m = [at + by for at, by in zip(point_m, step_m, strict=True)]
+    return mission.replace({"route.hover_m": moved_m})
 
 
 def _option_faults(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from functools import cached_property
+from pathlib import Path
 from threading import Thread
-from typing import Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
 
@@ -17,18 +19,22 @@ from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import misfits, plural, shown
-from optuav.physics.kibam import Stage, Wells, step, tapered
+from optuav.network.timeline import Phase
+from optuav.physics.kibam import Battery, Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading
 from optuav.service.calm_air import calm_facts
 from optuav.service.endless import EndlessCycle
-from optuav.service.fleet import repeated, turns_table, upwards
+from optuav.service.fleet import OVERLAP, need_handover, repeated, turns_table, upwards
 from optuav.service.visit import Visit
 from optuav.silence import silent
 from optuav.studies.results import Pictures, Result
 
-Constraints: TypeAlias = tuple[Integers, Sequence[float] | Floats, float]
-"""Columns of unknowns (row, entry), the weight of each entry, and the largest sum of a row."""
+if TYPE_CHECKING:
+    from optuav.service.failure import Failure
+
+Constraints: TypeAlias = tuple[Integers, Floats, Floats]
+"""Columns and weights of unknowns (row, entry), and the largest sum of each row (row,)."""
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 HOURS = Range("h", gt=0.0, le=240.0)
@@ -57,6 +63,14 @@ class EventHover(TypedDict):
     rest_s: float
 
 
+class Course(NamedTuple):
+    """A drone's flights without an exchange of its pack."""
+
+    drone: int
+    offset_s: float  # First take-off, counted from the start of the event [s]
+    plan: Plan
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Event(Result):
     """A roster of drones in ring order, one row per hover.
@@ -70,6 +84,9 @@ class Event(Result):
         most two hovers per drone more than the charge of full batteries requires.
     longest_hover_s
         Longest hover of the roster [s].
+    overlap_s, separation_m
+        For how long two drones hover at a handover [s], and the step from the hover point of one
+        to that of the next (x, y, z) [m], or None.
     calm_drones, in_calm_air
         If hovering counts on the wind, the number of drones in calm air, None without a roster
         there, and the same in words; else None.
@@ -90,17 +107,117 @@ class Event(Result):
     least_drones: int
     longest_hover_s: float
     building: str
+    overlap_s: float = 0.0
+    separation_m: tuple[float, ...] | None = None
     calm_drones: int | None = None
     in_calm_air: str | None = None
-    plans: tuple[Plan, ...] = field(repr=False)  # Of drones; of hovers with exchanges
-    offsets_s: tuple[float, ...] = field(repr=False)
+    charged_by: Literal["laser", "pad", "exchange"] = field(repr=False)
+    ring: Ring = field(repr=False)
+    cycles: tuple[Plan, ...] = field(repr=False)  # A visit of each drone
+    courses: tuple[Course, ...] = field(repr=False)  # Of drones; of hovers with exchanges
+    excused: tuple[float, float] | None = field(default=None, repr=False)  # After a failure [s]
+
+    @property
+    def plans(self) -> tuple[Plan, ...]:
+        """The plan of each course."""
+        return tuple(course.plan for course in self.courses)
+
+    @property
+    def offsets_s(self) -> tuple[float, ...]:
+        """Take-off of each course, counted from the start of the event [s]."""
+        return tuple(course.offset_s for course in self.courses)
+
+    def without(self, drone: int, at_s: float) -> Failure:
+        """Find what a failure of a drone means, and whether the others can cover the rest.
+
+        Parameters
+        ----------
+        drone
+            Which one fails, 1 for the first.
+        at_s
+            When, counted from the start of the event [s], ≥ 0 and before its end. A drone that
+            hovers then is gone at once.
+
+        Returns
+        -------
+        Failure
+            The gap that it makes if the others keep to the roster, a row for each of them with
+            when it can be on station and how long it can hover, and the roster of the others with
+            the shortest gap that was found, flown by the judge, or why there is none.
+
+        Raises
+        ------
+        InputError
+            If there is no such drone, or the moment is outside the event.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> failure = optuav.coverage("matrice350").event(4, 5).without(1, 600)
+        >>> round(failure.gap_s), failure.roster is not None
+        (3000, True)
+        """
+        from optuav.service.failure import failure_of
+
+        return failure_of(self, drone, at_s)
 
     def replay(self) -> FleetReplay:
         """Simulate every drone by the judge alone; each has a place of its own."""
-        flight_s = self.plans[0].phases[0].duration_s
-        until_s, places = flight_s + 3600.0 * self.hours, len(self.plans)
-        limits: dict[str, Any] = {"share": 1.0, "until_s": until_s, "places": places}
-        return replay_fleet(self.plans, self.offsets_s, **limits)
+        apart_m = 0.0 if self.separation_m is None else math.hypot(*self.separation_m)
+        return replay_fleet(
+            self.plans,
+            self.offsets_s,
+            share=1.0,
+            until_s=3600.0 * self.hours,
+            places=len(self.plans),
+            overlap_s=self.overlap_s,
+            apart_m=apart_m,
+            excused=self.excused,
+        )
+
+    def save_flights(
+        self, directory: str | Path, start: str | datetime, *, climb_m: float | None = None
+    ) -> tuple[Path, ...]:
+        """Write what pilots and their ground stations need; needs pyproj and matplotlib.
+
+        Parameters
+        ----------
+        directory
+            Where the files go; made if it is missing. It must hold no flights of another event.
+        start
+            When the first drone hovers: a date and time with its offset from UTC, such as
+            ``"2027-05-01T14:00+02:00"``.
+        climb_m
+            Height of every take-off above its place, see `Plan.export`.
+
+        Returns
+        -------
+        tuple of Path
+            The files that were written: per drone and visit ``drone-1-visit-2.plan`` and
+            ``.waypoints`` with its notes in ``.txt``; per drone ``.kml`` and ``.geojson``;
+            ``roster.csv`` and the calendar ``roster.ics`` with take-off, arrival on station,
+            departure and landing in clock times, the roof, the drone's pad, beam or bay, and the
+            battery left; and ``event.png``. They carry the judge's verdict.
+
+        Raises
+        ------
+        InputError
+            If the start has no offset, the climb is out of range, the mission has no place on
+            Earth, or a file cannot be written.
+
+        Examples
+        --------
+        >>> import optuav, tempfile
+        >>> place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4}
+        >>> event = optuav.coverage(optuav.load("matrice350").replace(place)).event(1)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     files = event.save_flights(folder, "2027-05-01T14:00+02:00")
+        >>> [file.name for file in files if file.suffix == ".plan"]
+        ['drone-1-visit-1.plan', 'drone-2-visit-1.plan']
+        """
+        from optuav.service.flights import save_flights
+
+        return save_flights(self, directory, start, climb_m)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the number of drones, and the hovers."""
@@ -112,10 +229,19 @@ class Event(Result):
                 ("Drones", f"{self.drones}; {AT_LEAST} {self.least_drones}"),
                 ("Hovers", f"{len(self.rows)}, up to {self.longest_hover_s:.2f} s"),
                 ("Rest", rest),
+                *self._handover(),
                 *calm_facts(self.in_calm_air),
             ]
         )
         yield turns_table(["drone", "from [s]", "hover [s]", "rest [s]"], self.rows)
+
+    def _handover(self) -> Iterator[tuple[str, str]]:
+        """Yield for how long two drones hover at a handover, and how far apart."""
+        if self.overlap_s or self.separation_m:
+            words = f"{self.overlap_s:g} s of overlap"
+            if self.separation_m:
+                words += f", next drone {_step_in_words(self.separation_m)}"
+            yield "Handover", words
 
     def pictures(self) -> Pictures:
         """Yield a bar per drone, and below who covers."""
@@ -129,48 +255,69 @@ class Event(Result):
         end_s = turns[-1].offset_s + turns[-1].round_s
         words = f"{self.hours:g} h without a gap, {plural(self.drones, 'drone')}"
         title = f"{words}: {printable(self.mission.name)}"
-        courses = [turns[number :: self.drones] for number in range(self.drones)]
+        courses = [
+            [turn for turn, row in zip(turns, self.rows, strict=True) if row["drone"] == number]
+            for number in range(1, self.drones + 1)
+        ]
         yield "event.png", courses_drawn(courses, end_s, title)
 
 
+def _step_in_words(step_m: tuple[float, ...]) -> str:
+    """A step from one hover point to the next, in words."""
+    if any(step_m[:2]):
+        return f"({', '.join(f'{metres:g}' for metres in step_m)}) m away"
+    return f"{abs(step_m[2]):g} m {'higher' if step_m[2] > 0.0 else 'lower'}"
+
+
 def event_of(
-    cycle: EndlessCycle,
+    cycles: Sequence[EndlessCycle],
     hours: float,
     drones: int | None,
+    overlap_s: float = 0.0,
+    separation_m: tuple[float, ...] | None = None,
     progress: Progress | None = None,
 ) -> Event:
     """The roster of the fewest drones on one of the buildings, or of so many.
 
-    See `Coverage.event`. The visit of the cycle comes first.
+    See `Coverage.event`. The first cycle is that at the hover point, others are those at points
+    apart from it, one step and two. The visit of the first cycle comes first.
     """
-    faults = [*misfits(("hours", hours, HOURS))]
+    cycle, *apart = cycles
+    faults = [*misfits(("hours", hours, HOURS), ("overlap_s", overlap_s, OVERLAP))]
     faults += misfits(*([] if drones is None else [("drones", drones, DRONES)]))
     visits = _promising([cycle.finite_cycle(), *cycle.visits])
     if cycle.perspective != "available":
         faults.append(Fault("perspective", shown(cycle.perspective), "must be 'available' here"))
     refuse(faults)
-    until_s, least, able = 3600.0 * hours, 0, list[Visit]()
+    longest_s = max((visit.most_s for visit in visits), default=0.0)
+    need_handover(overlap_s, longest_s, "the longest hover")
+    spots = [{each.building: each for each in (c.finite_cycle(), *c.visits)} for c in apart]
+    until_s, least, able = 3600.0 * hours, 0, list[Ring]()
     tried, tell = itertools.count(), progress or (lambda *_: None)
     for count in range(1, MOST + 1):
         number = plural(count, "drone")
         tell(next(tried), None, number)
-        able = [
-            visit
-            for visit in visits
-            if visit in able or _hovers(visit, count, until_s, visit.balanced_s) is not None
-        ]
+        before, able = {ring.building for ring in able}, []
+        for visit in visits:
+            if (ring := _ring(visit, spots, count, until_s, overlap_s)) is not None and (
+                ring.building in before or _hovers(ring, ring.longest_s("balanced_s")) is not None
+            ):
+                able.append(ring)
         least = least or count * bool(able)
+        if count == drones and len(spots) == 1 and max(spots_of(count, 2)) > 1:
+            words = f"{number} need a third hover point, twice separation_m away, which cannot be"
+            raise NoPlanError(f"{words} served; an even number needs two")
         if not able or count < (drones or least):
             continue
         if drones is not None and drones < least:
             number = plural(drones, "drone")
             raise NoPlanError(f"{number} cannot cover {hours:g} h: {AT_LEAST} {least}")
-        for roster in (roster for visit in able for roster in _rosters(visit, count, until_s)):
-            tell(next(tried), None, f"{number} on {printable(roster.visit.building)}")
-            if roster.lowest_As >= -ROUNDING * float(roster.visit.battery.capacity_As):
-                event = _event(cycle.on(roster.visit), hours, least, roster)
+        for roster in (roster for ring in able for roster in _rosters(ring)):
+            tell(next(tried), None, f"{number} on {printable(roster.ring.building)}")
+            if roster.lowest_As >= -ROUNDING * float(roster.battery.capacity_As):
+                event = _event(cycles, hours, least, roster, separation_m)
                 if event.replay().flyable:
-                    return event
+                    return judged(event)
         if drones is not None:
             words = f"charge allows {number} for {hours:g} h, but every roster that optuav tried "
             words += "empties an available well: allow more drones, or leave their number open"
@@ -179,6 +326,29 @@ def event_of(
         raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     words = f"charge allows {plural(least, 'drone')} for {hours:g} h, but every roster that optuav"
     raise NoPlanError(f"{words} tried, of up to {MOST} drones, empties an available well")
+
+
+def spots_of(drones: int, spots: int) -> list[int]:
+    """Number of the hover point of each drone in a ring, such that neighbours have two."""
+    if spots == 1:
+        return [0] * drones
+    numbers = [drone % 2 for drone in range(drones)]
+    return [*numbers[:-1], 2] if drones > 1 and drones % 2 else numbers
+
+
+def _ring(
+    visit: Visit,
+    spots: Sequence[Mapping[str, Visit]],
+    drones: int,
+    until_s: float,
+    overlap_s: float,
+) -> Ring | None:
+    """Drones that rest on the building of a visit; None if one of them cannot hover."""
+    at = [{visit.building: visit}, *spots]
+    spotted = spots_of(drones, len(at))
+    visits = [at[n].get(visit.building) for n in spotted if n < len(at)]
+    able = [each for each in visits if each and each.from_full_s is not None and each.longest_s]
+    return Ring(tuple(able), until_s, overlap_s) if len(able) == drones else None
 
 
 def _promising(visits: Sequence[Visit]) -> list[Visit]:
@@ -200,82 +370,179 @@ def _promising(visits: Sequence[Visit]) -> list[Visit]:
     return [visit for visit in kept if visit.from_full_s is not None and visit.longest_s]
 
 
-def _rosters(visit: Visit, drones: int, until_s: float) -> Iterator[Roster]:
+@dataclass(frozen=True)
+class Ring:
+    """Drones in ring order, and the time that they cover, with an overlap at handovers [s].
+
+    The hovers of a drone have one point, and so one visit.
+    """
+
+    visits: tuple[Visit, ...]
+    until_s: float
+    overlap_s: float
+
+    @property
+    def building(self) -> str:
+        """Where all of them rest."""
+        return self.visits[0].building
+
+    @property
+    def drones(self) -> int:
+        """Their number."""
+        return len(self.visits)
+
+    @property
+    def rest_A(self) -> float:
+        """Current into a resting battery [A]."""
+        return self.visits[0].rest_A
+
+    @property
+    def swap_s(self) -> float | None:
+        """Duration of an exchange of the pack [s]."""
+        return self.visits[0].swap_s
+
+    @property
+    def handover_s(self) -> float:
+        """Time by which a rest is shorter than other hovers last: the overlaps of a turn [s]."""
+        return self.drones * self.overlap_s
+
+    @cached_property
+    def cheapest(self) -> Visit:
+        """A visit that takes no more time and charge than those of any drone."""
+        first, *others = self.visits
+        if all(visit is first for visit in others):
+            return first
+        flight_s, flight_As, hover_A = (
+            min(getattr(visit, name) for visit in self.visits)
+            for name in ("flight_s", "flight_As", "hover_A")
+        )
+        legs = (Stage(-flight_As / flight_s, flight_s),)
+        return replace(first, out=legs, back=(), hover_A=hover_A)
+
+    def column(self, name: str, count: int) -> Floats:
+        """A figure of the visits of so many hovers."""
+        return np.resize([float(getattr(visit, name)) for visit in self.visits], count)
+
+    def longest_s(self, name: str, share: float = 1.0) -> Floats:
+        """A share of a duration of the hovers of each drone (drone,) [s]."""
+        return share * self.column(name, self.drones)
+
+    def total_s(self, count: int) -> float:
+        """Duration of so many hovers together [s]."""
+        return self.until_s + (count - 1) * self.overlap_s
+
+    def least_s(self, count: int) -> Floats:
+        """Shortest hovers in which no third drone hovers [s]."""
+        hovers = np.arange(count)
+        return self.overlap_s * (1.0 * (hovers > 0) + 1.0 * (hovers < count - 1))
+
+
+def _rosters(ring: Ring) -> Iterator[Roster]:
     """Yield rosters that keep charge, ever shorter hovers, and last the ring without an end."""
     for share in SHARES_OF_LONGEST:
-        hovers_s = _hovers(visit, drones, until_s, share * visit.most_s)
+        hovers_s = _hovers(ring, ring.longest_s("most_s", share))
         if hovers_s is not None:
-            yield Roster(visit, hovers_s, min(drones, len(hovers_s)))
-    hover_s = visit.longest_s
-    assert hover_s
-    if drones >= upwards(visit.period_s(hover_s) / hover_s):
-        count = upwards(until_s / hover_s)
+            yield Roster(ring, hovers_s)
+    hover_s = min(visit.longest_s or 0.0 for visit in ring.visits)
+    every_s, drones = hover_s - ring.overlap_s, ring.drones
+    period_s = max(visit.period_s(hover_s) for visit in ring.visits)
+    if every_s > ring.overlap_s and drones >= upwards(period_s / every_s):
+        count = upwards((ring.until_s - ring.overlap_s) / every_s)
         hovers_s = np.full(count, hover_s)
-        hovers_s[-1] = until_s - (count - 1) * hover_s
-        yield Roster(visit, hovers_s, min(drones, count))
+        hovers_s[-1] = ring.until_s - (count - 1) * every_s
+        yield Roster(ring, hovers_s)
 
 
 @dataclass(frozen=True, eq=False)
 class Roster:
     """Hovers of some drones in ring order [s]."""
 
-    visit: Visit
+    ring: Ring
     hovers_s: Floats
-    drones: int
+
+    @property
+    def battery(self) -> Battery:
+        """That of each drone."""
+        return self.ring.visits[0].battery
+
+    @property
+    def drones(self) -> int:
+        """Those that hover."""
+        return min(self.ring.drones, len(self.hovers_s))
 
     @cached_property
     def starts_s(self) -> Floats:
         """Start of every hover [s]."""
-        return np.concatenate([[0.0], np.cumsum(self.hovers_s)[:-1]])
+        return np.concatenate([[0.0], np.cumsum(self.hovers_s - self.ring.overlap_s)[:-1]])
 
     @cached_property
     def rests_s(self) -> Floats:
         """Rest after every hover [s]; 0 after the last one of a drone."""
         rests_s, drones = np.zeros(len(self.hovers_s)), self.drones
         away_s = self.starts_s[drones:] - (self.starts_s + self.hovers_s)[:-drones]
-        rests_s[:-drones] = away_s - self.visit.flight_s
+        rests_s[:-drones] = away_s - self.ring.column("flight_s", len(away_s))
         return rests_s
 
     @property
     def courses(self) -> int:
         """Number of courses from full wells: with exchanges every hover is one, else a drone."""
-        return self.drones if self.visit.swap_s is None else len(self.hovers_s)
+        return self.drones if self.ring.swap_s is None else len(self.hovers_s)
 
     @property
     def lowest_As(self) -> float:
         """Least y1 of all drones [A s], simulated turn by turn for all of them at once."""
-        visit, lowest_As = self.visit, math.inf
-        wells = Wells(*(np.full(self.courses, float(well)) for well in visit.battery.full))
-        for first in range(0, len(self.hovers_s), self.courses):
-            turn = slice(first, first + self.courses)
-            hovers_s = self.hovers_s[turn]
-            wells = Wells(*(well[: len(hovers_s)] for well in wells))
-            for stage in (*visit.out, Stage(-visit.hover_A, hovers_s), *visit.back):
-                wells = step(visit.battery, wells, stage)
+        battery, count, lowest_As = self.battery, self.courses, math.inf
+        out, back = (
+            [*_together([getattr(visit, leg) for visit in self.ring.visits], count)]
+            for leg in ("out", "back")
+        )
+        hover_A = self.ring.column("hover_A", count)
+        wells = Wells(*(np.full(count, float(well)) for well in battery.full))
+        for first in range(0, len(self.hovers_s), count):
+            turn = slice(first, first + count)
+            hovers_s, some = self.hovers_s[turn], slice(len(self.hovers_s[turn]))
+            wells = Wells(*(well[some] for well in wells))
+            for current_A, duration_s in (*out, Stage(-hover_A, hovers_s), *back):
+                stage = Stage(current_A[some], duration_s[some])
+                wells = step(battery, wells, stage)
                 lowest_As = min(lowest_As, float(np.min(wells.available_As)))
-            rests = Stage(np.full(len(hovers_s), visit.rest_A), self.rests_s[turn])
-            wells = tapered(visit.battery, wells, rests)
+            rests = Stage(np.full(len(hovers_s), self.ring.rest_A), self.rests_s[turn])
+            wells = tapered(battery, wells, rests)
         return lowest_As
 
 
-def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floats | None:
+def _together(legs: Sequence[tuple[Stage, ...]], count: int) -> Iterator[Stage]:
+    """Yield stages of legs flown at once, so many in turns; a shorter leg waits at its end."""
+    for stages in itertools.zip_longest(*legs, fillvalue=Stage(0.0, 0.0)):
+        currents_A, durations_s = zip(*stages, strict=True)
+        yield Stage(np.resize(currents_A, count), np.resize(durations_s, count))
+
+
+def _hovers(ring: Ring, longest_s: Floats) -> Floats | None:
     """Hovers in ring order that cover a time if only charge counts [s]; None without any.
 
-    A linear programme finds the hovers that keep most charge at the lowest landing. It tries at
-    most two hovers per drone beyond the fewest possible: each costs two legs.
+    None is longer than the drone's longest (drone,) [s]. A linear programme finds the hovers that
+    keep most charge at the lowest landing. It tries at most two hovers per drone beyond the fewest
+    possible: each costs two legs.
     """
-    fewest = math.ceil(until_s / longest_s - 1e-9)
-    scarce, small = visit, ROUNDING * float(visit.battery.capacity_As)
-    if visit.swap_s is not None:  # Time on the ground is scarce, not charge: 1 A s for 1 s
-        away = (Stage(0.0, visit.flight_s + visit.swap_s),)
-        whole_As = float(visit.battery.capacity_As)
-        scarce = replace(visit, out=away, back=(), hover_A=0.0, rest_A=1.0, least_As=whole_As)
-    for count in range(fewest, fewest + EXTRA_HOVERS * drones + 1):
+    most_s, drones = float(longest_s.max()), ring.drones
+    if most_s <= ring.overlap_s:
+        return None
+    fewest = math.ceil((ring.until_s - ring.overlap_s) / (most_s - ring.overlap_s) - 1e-9)
+    scarce, small = ring, ROUNDING * float(ring.cheapest.battery.capacity_As)
+    if ring.swap_s is not None:  # Time on the ground is scarce, not charge: 1 A s for 1 s
+        away = (Stage(0.0, ring.cheapest.flight_s + ring.swap_s),)
+        whole_As = float(ring.cheapest.battery.capacity_As)
+        waiting = replace(
+            ring.cheapest, out=away, back=(), hover_A=0.0, rest_A=1.0, least_As=whole_As
+        )
+        scarce = replace(ring, visits=(waiting,) * drones)
+    for count in range(max(fewest, 1), max(fewest, 1) + EXTRA_HOVERS * drones + 1):
         runs = (count, math.ceil(RUN_SHARE * count))
         # Sums of rows refuse most programmes without an answer, and take no time.
-        if max(_overdrawn_As(scarce, drones, until_s, longest_s, count, w) for w in runs) > small:
+        if max(_overdrawn_As(scarce, most_s, count, width) for width in runs) > small:
             continue
-        hovers_s = _programme(visit, drones, until_s, longest_s, count)
+        hovers_s = _programme(ring, longest_s, count)
         if hovers_s is not None:
             return hovers_s
         if drones == 1:
@@ -283,14 +550,14 @@ def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floa
     return None
 
 
-def _overdrawn_As(
-    visit: Visit, drones: int, until_s: float, longest_s: float, count: int, width: int
-) -> float:
+def _overdrawn_As(ring: Ring, longest_s: float, count: int, width: int) -> float:
     """Least charge that drones lack in all runs of `width` hovers in a row [A s]: a sum of rows.
 
     In a run, every drone has at most full wells at first, and rests while others hover, but for the
-    legs; the run begins and ends anywhere. Hovers are long where that costs least, and else 0.
+    legs and overlaps; the run begins and ends anywhere. Hovers are long where that costs least, and
+    else 0.
     """
+    visit, drones = ring.cheapest, ring.drones
     number, runs = np.arange(count), count - width + 1
     holding = np.minimum(number, runs - 1) - np.maximum(number - width + 1, 0) + 1
     again, turns = number[: max(count - drones, 0)], max(width - drones, 0)
@@ -299,61 +566,64 @@ def _overdrawn_As(
     others = before[np.minimum(number, len(again))]
     others -= before[np.clip(number - drones + 1, 0, len(again))]
     drawn_A = np.sort(visit.hover_A * holding - visit.rest_A * others)
-    lengths_s = np.clip(until_s - longest_s * number, 0.0, longest_s)
-    flights_As = width * visit.flight_As + turns * visit.rest_A * visit.flight_s
+    lengths_s = np.clip(ring.total_s(count) - longest_s * number, 0.0, longest_s)
+    away_s = visit.flight_s + ring.handover_s
+    flights_As = width * visit.flight_As + turns * visit.rest_A * away_s
     spare_As = min(drones, width) * visit.spare_As
     return float(drawn_A @ lengths_s) + runs * (flights_As - spare_As)
 
 
 @silent()
-def _programme(
-    visit: Visit, drones: int, until_s: float, longest_s: float, count: int
-) -> Floats | None:
+def _programme(ring: Ring, longest_s: Floats, count: int) -> Floats | None:
     """Hovers of a given number [s]; the unknowns are hovers, charges at departure, and a margin."""
-    if drones == 1 and count > 1:
+    drones, least_s = ring.drones, ring.least_s(count)
+    longest_s = np.resize(longest_s, count)
+    if (drones == 1 and count > 1) or (longest_s < least_s).any():
         return None
+    visit, rest_A = ring.cheapest, ring.rest_A
     size_As, number, again = float(visit.battery.capacity_As), np.arange(count), count - drones
+    hover_A, flight_As = ring.column("hover_A", count), ring.column("flight_As", count)
     landing = np.stack([number, count + number, 0 * number + 2 * count], axis=1)
-    rows: list[Constraints] = [
-        (landing, [visit.hover_A, -1.0, 1.0], -visit.flight_As - visit.least_As)
-    ]
+    ones = np.ones((count, 1))
+    drawn = np.hstack([hover_A[:, None], -ones, ones])
+    rows: list[Constraints] = [(landing, drawn, -flight_As - visit.least_As)]
     if again > 0:
         first = number[:again, None]
         between = first + np.arange(1, drones)  # The others' hovers while a drone is away
-        ones = np.ones(drones - 1)
-        rows.append((between, -ones, -visit.flight_s - (visit.swap_s or 0.0)))
-        if visit.swap_s is None:  # Else every pack is full
+        others, ones = np.ones((again, drones - 1)), ones[:again]
+        away_s = ring.column("flight_s", again) + ring.handover_s
+        rows.append((between, -others, -away_s - (ring.swap_s or 0.0)))
+        if ring.swap_s is None:  # Else every pack is full
             both = np.hstack([first, between, count + first + drones, count + first])
-            gained = [visit.hover_A, *(-visit.rest_A * ones), 1.0, -1.0]
-            rows.append((both, gained, -visit.flight_As - visit.rest_A * visit.flight_s))
-    highest = np.append(np.repeat([longest_s, size_As], count), size_As)
-    answer = _solved(rows, count, until_s, highest)
+            gained = np.hstack([hover_A[:again, None], -rest_A * others, ones, -ones])
+            rows.append((both, gained, -flight_As[:again] - rest_A * away_s))
+    least = np.append(least_s, np.zeros(count + 1))
+    highest = np.concatenate([longest_s, np.full(count + 1, size_As)])
+    answer = solved(rows, ring.total_s(count), least, highest)
     return None if answer is None else answer[:count]
 
 
-def _solved(
-    rows: Sequence[Constraints],
-    count: int,
-    until_s: float,
-    highest: Floats,
+def solved(
+    rows: Sequence[Constraints], total_s: float, least: Floats, highest: Floats
 ) -> Floats | None:
-    """The largest last unknown under rows whose weights at some columns keep a limit.
+    """The largest last unknown under rows whose weights at some columns keep limits.
 
-    The first unknowns, so many, add up to a time. HiGHS runs beside this thread, which so ends at
-    Ctrl-C.
+    The first unknowns, of a half of the others each, add up to a time. HiGHS runs beside this
+    thread, which so ends at Ctrl-C.
     """
     import highspy
 
+    count = len(highest) // 2
     columns = [*(table for table, _, _ in rows), np.arange(count)[None]]
-    weights = [*(np.tile(row, len(table)) for table, row, _ in rows), np.ones(count)]
-    limits = [np.full(len(table), limit) for table, _, limit in rows]
+    weights = [*(row.ravel() for _, row, _ in rows), np.ones(count)]
+    limits = [limit for _, _, limit in rows]
     lengths = np.concatenate([np.full(*table.shape) for table in columns])
     programme = highspy.HighsLp()
     programme.num_col_, programme.num_row_ = len(highest), len(lengths)
     programme.col_cost_ = -np.eye(1, len(highest), len(highest) - 1)[0]
-    programme.col_lower_, programme.col_upper_ = np.zeros(len(highest)), highest
-    programme.row_upper_ = np.concatenate([*limits, [until_s]])
-    programme.row_lower_ = np.append(np.full(len(lengths) - 1, -highspy.kHighsInf), until_s)
+    programme.col_lower_, programme.col_upper_ = least, highest
+    programme.row_upper_ = np.concatenate([*limits, [total_s]])
+    programme.row_lower_ = np.append(np.full(len(lengths) - 1, -highspy.kHighsInf), total_s)
     programme.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
     programme.a_matrix_.start_ = np.concatenate([[0], np.cumsum(lengths)])
     programme.a_matrix_.index_ = np.concatenate([table.ravel() for table in columns])
@@ -375,22 +645,71 @@ def _solved(
     return np.asarray(solver.getSolution().col_value)
 
 
-def _event(cycle: EndlessCycle, hours: float, least: int, roster: Roster) -> Event:
+def _event(
+    cycles: Sequence[EndlessCycle],
+    hours: float,
+    least: int,
+    roster: Roster,
+    separation_m: tuple[float, ...] | None,
+) -> Event:
     """The roster as a table, with the plan of every course."""
     figures = np.stack([roster.starts_s, roster.hovers_s, roster.rests_s], axis=1).tolist()
-    rows = (
+    rows = tuple(
         EventHover(drone=k % roster.drones + 1, start_s=start_s, hover_s=hover_s, rest_s=rest_s)
         for k, (start_s, hover_s, rest_s) in enumerate(figures)
     )
-    stays_s, courses = [(hover_s, rest_s) for _, hover_s, rest_s in figures], roster.courses
+    ring, spots = roster.ring, spots_of(roster.ring.drones, len(cycles))
+    at = {spots[n]: cycles[spots[n]].on(visit).plan for n, visit in enumerate(ring.visits)}
+    visited = tuple(at[spot] for spot in spots)
     return Event(
-        mission=cycle.mission,
-        rows=tuple(rows),
+        mission=cycles[0].mission,
+        rows=rows,
         hours=hours,
         drones=roster.drones,
         least_drones=least,
         longest_hover_s=float(roster.hovers_s.max()),
-        building=roster.visit.building,
-        plans=tuple(repeated(cycle.plan, stays_s[number::courses]) for number in range(courses)),
-        offsets_s=tuple(roster.starts_s[:courses].tolist()),
+        building=ring.building,
+        overlap_s=ring.overlap_s,
+        separation_m=separation_m,
+        charged_by=cycles[0].charged_by,
+        ring=ring,
+        cycles=visited,
+        courses=courses_of(ring, visited, rows),
     )
+
+
+def courses_of(
+    ring: Ring, cycles: Sequence[Plan], rows: Sequence[EventHover]
+) -> tuple[Course, ...]:
+    """The courses of some hovers, of drones with a cycle each."""
+    numbers = dict.fromkeys(row["drone"] for row in rows)
+    several = [[row for row in rows if row["drone"] == number] for number in numbers]
+    if ring.swap_s is not None:
+        several = [[row] for row in rows]
+    return tuple(
+        Course(
+            first["drone"],
+            first["start_s"] - cycles[first["drone"] - 1].phases[0].duration_s,
+            repeated(
+                cycles[first["drone"] - 1],
+                [(row["hover_s"], row["rest_s"]) for row in (first, *others)],
+            ),
+        )
+        for first, *others in several
+    )
+
+
+def visits_of(phases: Sequence[Phase]) -> Iterator[list[Phase]]:
+    """Yield the legs and the hover of each visit."""
+    for flies, visit in itertools.groupby(phases, key=lambda phase: phase.kind != "rest"):
+        if flies:
+            yield [*visit]
+
+
+def judged(event: Event) -> Event:
+    """The event with plans that carry the judge's verdict, which is that they can be flown."""
+    courses = (
+        course._replace(plan=course.plan.model_copy(update={"flyable": True}))
+        for course in event.courses
+    )
+    return replace(event, courses=tuple(courses))

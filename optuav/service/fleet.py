@@ -188,7 +188,7 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     """
     visit, hover_s, rest_s = cycle.finite_cycle(), cycle.hover_s, cycle.rest_s
     refuse(faults_of_fleet(share, overlap_s))
-    _need_handover(overlap_s, hover_s)
+    need_handover(overlap_s, hover_s)
     every_s = (hover_s - overlap_s) / share
     drones = upwards(cycle.period_s / every_s)
     if drones > MOST:
@@ -230,12 +230,12 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     )
 
 
-def _need_handover(overlap_s: float, hover_s: float) -> None:
+def need_handover(overlap_s: float, hover_s: float, noun: str = "the hover of a cycle") -> None:
     """Refuse an overlap in which a third drone would hover."""
     if overlap_s > 0.5 * hover_s:
-        words = f"must be at most half of the hover of a cycle, {0.5 * hover_s:.6g} s"
-        more = "a larger share lets more drones hover at once"
-        raise InputError([Fault("overlap_s", shown(overlap_s), f"{words}; {more}")])
+        words = f"must be at most half of {noun}, {0.5 * hover_s:.6g} s"
+        words += "; a larger share lets more drones hover at once" * noun.endswith("cycle")
+        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
 
 
 def covering(share: float, overlap_s: float) -> str:
@@ -339,7 +339,7 @@ def pad_power(
     power_W = current_A * mission.battery.nominal_voltage_V
     accepted = current_A <= mission.battery.charge_current_A
     hover_s = replace(best, rest_A=rest_A).longest_s or 0.0
-    _need_handover(overlap_s, hover_s)
+    need_handover(overlap_s, hover_s)
     return PadPower(power_W, current_A, hover_s, c_rate, best.building, accepted)
 
 

@@ -6,18 +6,21 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, TypedDict
+from typing import Any, Literal, NamedTuple, TypedDict
 
 import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.fields import Range
+from optuav.judge.course import TOLERANCE
+from optuav.judge.fleets import busiest
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
-from optuav.mission.messages import misfits, of_kind, path_of, unknown
+from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.service.calm_air import calm_facts, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage
+from optuav.service.event import HOURS
 from optuav.service.fleet import SHARE, covering, faults_of_fleet, upwards
 from optuav.studies.results import Pictures, Result
 
@@ -73,8 +76,9 @@ class FleetSizes(Result):
 
     Parameters
     ----------
-    share, overlap_s, swap_s
-        As asked: mean number of drones that hover, overlap of hovers and an exchange of packs [s].
+    share, overlap_s, swap_s, hours
+        As asked: mean number of drones that hover, overlap of hovers and an exchange of packs [s],
+        and the length of an event [h], or None.
     prices
         As asked, by name, or None.
     in_calm_air
@@ -95,6 +99,7 @@ class FleetSizes(Result):
     overlap_s: float
     swap_s: float
     prices: Mapping[str, float] | None
+    hours: float | None
     in_calm_air: str | None
     cycles: Mapping[str, Coverage | str] = field(repr=False)
     """The cycle of each technology, or why there is none."""
@@ -102,6 +107,9 @@ class FleetSizes(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the counts by technology, and why some have none."""
         words = covering(self.share, self.overlap_s)
+        if self.hours is not None:
+            overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
+            words = f"for an event of {self.hours:g} h{overlap}"
         yield Heading(f"Fleets {words}: {printable(self.mission.name)}")
         if calm := [*calm_facts(self.in_calm_air)]:
             yield Facts(calm)
@@ -117,8 +125,20 @@ class FleetSizes(Result):
             yield Note(reasons)
 
     def pictures(self) -> Pictures:
-        """Yield the cost, or the number of drones without prices, over the share."""
-        from optuav.plots import Line, curves
+        """Yield the cost, or the number of drones without prices, over the share.
+
+        For an event, yield it by technology.
+        """
+        from optuav.plots import Bar, Line, bars, curves
+
+        what: Literal["drones", "cost"] = "drones" if self.prices is None else "cost"
+        unit = "drones" if self.prices is None else "cost [currency of the prices]"
+        if self.hours is not None:
+            values: list[tuple[str, Any]] = [(row["technology"], row[what]) for row in self.rows]
+            title = f"Fleets for an event of {self.hours:g} h: {printable(self.mission.name)}"
+            shown = [Bar(name.replace(", ", ",\n"), "", value) for name, value in values]
+            yield "sizes.png", bars(shown, title=title, y_label=unit)
+            return
 
         def steps(name: str, values: Mapping[float, float]) -> Line:
             """A line that holds the value of each share from the one before."""
@@ -130,7 +150,7 @@ class FleetSizes(Result):
         overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
         for name, cycle in self.cycles.items():
             rows = {part: _row(name, cycle, part, self.overlap_s, self.prices) for part in shares}
-            known = {x: row["drones" if self.prices is None else "cost"] for x, row in rows.items()}
+            known: dict[float, Any] = {x: row[what] for x, row in rows.items()}
             if y := {x: value for x, value in known.items() if value is not None}:
                 lines.append(steps(name, y))
         if self.prices is not None:
@@ -140,7 +160,7 @@ class FleetSizes(Result):
             lines,
             title=f"Fleets by what they cover{overlap}: {printable(self.mission.name)}",
             x_label="mean number of drones that hover",
-            y_label="drones" if self.prices is None else "cost [currency of the prices]",
+            y_label=unit,
             y_from_zero=True,
         )
         yield "sizes.png", ax
@@ -152,8 +172,11 @@ def size_fleet(
     share: float = 1.0,
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
+    hours: float | None = None,
 ) -> FleetSizes:
     """Find the least counts that cover at least a share of the time, for each way to charge.
+
+    With `hours`, find those of an event without a gap that begins with full batteries.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
     dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
@@ -173,13 +196,17 @@ def size_fleet(
         For how long a hover goes on after the next one began [s], at most half of the hover.
     swap_s
         Duration of an exchange of the packs [s], > 0 and up to 1e7.
+    hours
+        Length of an event [h], > 0 and up to 240, see `Coverage.event`: then every drone has a beam
+        or a pad for itself, and `share` must be 1. An exchange needs a battery set for every
+        hover, or fewer with chargers where that costs less.
 
     Returns
     -------
     FleetSizes
         One row per technology with its counts, its cost and the ``share`` of its ring, which may
         start faster than asked for to need fewer places; ``why`` says why there is none. `plot`
-        draws cost, or drones, over the share.
+        draws cost, or drones, over the share, or for an event by technology.
 
     Raises
     ------
@@ -195,6 +222,10 @@ def size_fleet(
     [('laser, lit hover', 4), ('laser, dark hover', 6), ('pad', 4), ('swap', 2)]
     """
     faults = [*faults_of_fleet(share, overlap_s), *misfits(("swap_s", swap_s, DURATION))]
+    if hours is not None:
+        faults += misfits(("hours", hours, HOURS))
+        if share != 1.0:
+            faults.append(Fault("share", shown(share), "must be left out for an event"))
     stated: Mapping[str, float] | None = None
     with collected(faults):
         stated = None if prices is None else _prices(prices)
@@ -202,7 +233,7 @@ def size_fleet(
         loaded = load(mission)
     refuse(faults)
     cycles = dict(_cycles(loaded, swap_s))
-    rows = [_row(name, cycle, share, overlap_s, stated) for name, cycle in cycles.items()]
+    rows = [_row(name, cycle, share, overlap_s, stated, hours) for name, cycle in cycles.items()]
     if all(row["why"] for row in rows):
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
@@ -215,14 +246,19 @@ def size_fleet(
         overlap_s=overlap_s,
         swap_s=swap_s,
         prices=stated,
-        in_calm_air=in_calm_air(loaded, lambda calm: _drones(calm, share, overlap_s, swap_s)),
+        hours=hours,
+        in_calm_air=in_calm_air(
+            loaded, lambda calm: _drones(calm, share, overlap_s, swap_s, hours)
+        ),
         cycles=cycles,
     )
 
 
-def _drones(mission: Mission, share: float, overlap_s: float, swap_s: float) -> str:
+def _drones(
+    mission: Mission, share: float, overlap_s: float, swap_s: float, hours: float | None
+) -> str:
     """The drones of each technology, in words."""
-    rows = size_fleet(mission, None, share, overlap_s, swap_s).rows
+    rows = size_fleet(mission, None, share, overlap_s, swap_s, hours).rows
     return ", ".join(f"{row['drones'] or 'no'} drones ({row['technology']})" for row in rows)
 
 
@@ -263,11 +299,16 @@ def _row(
     share: float,
     overlap_s: float,
     prices: Mapping[str, float] | None,
+    hours: float | None = None,
 ) -> TechnologySize:
     """The counts of a technology and its cost, or why there are none."""
     if isinstance(cycle, str):
         return _sized(technology, None, why=cycle)
     try:
+        if hours is not None:
+            rings = _rings_of_event(cycle, hours, overlap_s)
+            best = min(rings, key=lambda ring: 0.0 if prices is None else ring.cost(prices))
+            return _sized(technology, best, cost=None if prices is None else best.cost(prices))
         asked = _ring(cycle, share, overlap_s)
     except (InputError, NoPlanError) as error:
         return _sized(technology, None, why=str(error))
@@ -298,6 +339,48 @@ def _ring(cycle: Coverage, share: float, overlap_s: float) -> Ring:
         battery_sets=fleet.drones + chargers,
         share=share,
     )
+
+
+def _rings_of_event(cycle: Coverage, hours: float, overlap_s: float) -> list[Ring]:
+    """Return what an event consists of, with any number of chargers for exchanged packs."""
+    event = cycle.event(hours, overlap_s=overlap_s)
+    swap_s, drones = event.ring.swap_s, event.drones
+    if swap_s is None:
+        lit = drones if cycle.charged_by == "laser" else 0
+        pads = drones if cycle.charged_by == "pad" else 0
+        return [Ring(drones, lit, pads, 0, 0, drones, 1.0)]
+    landings = list[tuple[float, float]]()  # Of packs that are exchanged: when, and their charge
+    last = {course.drone: number for number, course in enumerate(event.courses)}
+    for number, course in enumerate(event.courses):
+        if number != last[course.drone]:
+            drawn_As = -sum(phase.charge_As for phase in course.plan.phases)
+            landings.append((course.offset_s + course.plan.phases[-1].end_s, drawn_As))
+    stays = [(landed_s, landed_s + swap_s) for landed_s, _ in landings]
+    bays, _ = busiest(stays, TOLERANCE * 3600.0 * hours)
+    charge_A = cycle.mission.battery.charge_current_A
+    return [
+        Ring(drones, 0, 0, bays, count, drones + _further_sets(landings, count, charge_A), 1.0)
+        for count in range(len(landings) + 1)
+    ]
+
+
+def _further_sets(landings: Sequence[tuple[float, float]], chargers: int, charge_A: float) -> int:
+    """Battery sets beside those in the drones: each exchange takes one that is charged by then.
+
+    Packs are charged in the order in which they land.
+    """
+    free_s, ready_s, sets = [-math.inf] * chargers, list[float](), 0
+    for landed_s, drawn_As in sorted(landings):
+        charged = [at_s for at_s in ready_s if at_s <= landed_s]
+        if charged:
+            ready_s.remove(min(charged))
+        else:
+            sets += 1
+        if chargers:
+            first = free_s.index(min(free_s))
+            free_s[first] = max(free_s[first], landed_s) + drawn_As / charge_A
+            ready_s.append(free_s[first])
+    return sets
 
 
 def _sized(

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats, Integers, plain
-from optuav.errors import Fault, printable, refuse
+from optuav.errors import Fault, collected, printable, refuse
 from optuav.fields import Range
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
@@ -24,6 +24,7 @@ from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.numbers import percent
 from optuav.presentation.presented import Presented
+from optuav.siting.candidates import STEP, candidates_of
 from optuav.siting.places import HoverTimes, Progress, refined
 from optuav.siting.selection import (
     OBJECTIVES,
@@ -132,6 +133,40 @@ class Siting(Presented):
             "laser": self.laser.tolist(),
         }
 
+    def save(self, path: str | Path) -> Path:
+        """Write the lasers on a map, and return the file; needs pyproj.
+
+        Parameters
+        ----------
+        path
+            A .geojson file, whose heights are above the ellipsoid or left out (`Plan.export`), or a
+            .kml file, at altitudes above mean sea level. Points are called as in the text, such as
+            ``Site 4``.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another, the first mission has no place on Earth, or the file cannot be
+            written.
+        """
+        from optuav.siting.files import save
+
+        return save(self, path)
+
+    def save_missions(self, directory: str | Path) -> list[Path]:
+        """Write every mission with its laser into a directory, made if missing; return the files.
+
+        Of several missions, ``town-3.toml`` is the one that `mission` returns for 3.
+
+        Raises
+        ------
+        InputError
+            If the directory or a file cannot be written.
+        """
+        from optuav.siting.files import save_missions
+
+        return save_missions(self, directory)
+
     def to_frame(self) -> DataFrame:
         """One row a mission: its name, its `laser`, and its ``hover_s`` with that [s]."""
         rows = [
@@ -201,9 +236,10 @@ class Siting(Presented):
 
 def place_laser(
     missions: Mission | str | Path | Sequence[Mission | str | Path],
-    candidates: npt.ArrayLike,
+    candidates: npt.ArrayLike | str | Path,
     lasers: int = 1,
     *,
+    step_m: float | None = None,
     objective: Objective = "mean",
     at_least_s: float | None = None,
     perspective: Perspective = "available",
@@ -224,9 +260,15 @@ def place_laser(
         A mission, the name of a shipped one or the path of a mission file, or several of them, such
         as one for each device. Each has a laser; only the place of that is changed.
     candidates
-        Places where a laser may stand (site, 3) [m], each coordinate up to 1e6.
+        Places where a laser may stand (site, 3) [m], each coordinate up to 1e6; or the path of a
+        GeoJSON file of points, whose property ``z_m`` is their height and which need a mission on
+        Earth; or ``"grid"``, for points over all places of the missions. Without ``z_m``, points
+        are as high as the laser of the first mission.
     lasers
         How many to place at most, 1 to 1000. One that would add nothing is left out.
+    step_m
+        Distance between neighbours in a grid [m], > 0 and up to 1e6; None for a tenth of its longer
+        side.
     objective
         Quantity to maximise: ``"mean"``, the mean hover time of the missions;
         ``"worst"``, the shortest; ``"covered"``, how many hover for `at_least_s` or longer.
@@ -275,7 +317,14 @@ def place_laser(
     loaded = tuple(load_all(missions, faults))
     if not (loaded or faults):
         faults.append(Fault("missions", "none", "at least one"))
-    table_m = _points(candidates, faults)
+    table_m = np.empty((0, 3))
+    if step_m is not None:
+        faults += misfits(("step_m", step_m, STEP))
+    if not isinstance(candidates, str | Path):
+        table_m = _points(candidates, faults)
+    elif not faults:
+        with collected(faults):
+            table_m = candidates_of(candidates, loaded, step_m)
     faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
     if not (progress is None or callable(progress)):
         faults.append(Fault("progress", shown(progress), "a function, or nothing"))

@@ -70,7 +70,7 @@ def test_drones_in_turns_and_their_pads(capsys: pytest.CaptureFixture[str]) -> N
         (["paper", "--drones", "0"], 2, "--drones = 0: a whole number"),
         (["paper", "--swap-s", "-1"], 2, "--swap-s = -1.0"),
         (["paper", "--swap-s", "60", "--drones", "0"], 2, "--drones = 0: a whole number"),
-        (["paper", "--hours", "2", "--share", "1"], 2, "leave out --share, --overlap-s and"),
+        (["paper", "--hours", "2", "--share", "1"], 2, "leave out --share and --horizon"),
         (["paper", "--dark-hover", "--horizon-hours", "2"], 2, "error: --dark-hover: must be left"),
         (["paper", "--horizon-hours", "0"], 2, "--horizon-hours = 0.0: a number"),
         (["paper", "--hours", "2", "--drones", "1"], 1, "1 drone cannot cover 2 h"),

@@ -37,6 +37,7 @@ def test_a_geotiff_has_every_point_in_its_place(tmp_path: Path) -> None:
         assert pyproj.CRS(read.crs.to_wkt()).equals(pyproj.CRS(PLANE), ignore_axis_order=True)
         assert np.isnan(read.nodata)
         assert read.descriptions == ("hover_time_s",)
+        assert read.units == ("s",)
         assert read.tags()["over"] == "route.hover_m"
     assert b"optuav" in content[:4096]  # a file that a command may replace
     assert optuav.maps.save(found, file).read_bytes() == content

@@ -352,13 +352,17 @@ def test_an_export_goes_by_the_waypoints(tmp_path: Path) -> None:
     """The first leg of a map in GeoJSON has its apex, at its height over z = 0."""
     place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 30.0}
     plan = optuav.solve(WALLED.replace({**OVER, **place}), "P3")
-    text = plan.export(tmp_path / "plan.geojson").read_text("utf-8")
-    features = json.loads(text)["features"]
-    line = next(x["geometry"] for x in features if x["geometry"]["type"] == "LineString")
+    (file,) = plan.export(tmp_path / "plan.geojson")
+    features = json.loads(file.read_text("utf-8"))["features"]
+    line, altitudes_m = next(
+        (x["geometry"], x["properties"]["altitudes_m"])
+        for x in features
+        if x["geometry"]["type"] == "LineString"
+    )
     ((x, y, z),) = plan.phases[0].waypoints_m
     assert len(line["coordinates"]) == 3
-    longitude, latitude, altitude_m = line["coordinates"][1]
-    assert altitude_m == pytest.approx(z + 30.0, abs=1e-5)
+    longitude, latitude, *_ = line["coordinates"][1]
+    assert altitudes_m[1] == pytest.approx(z + 30.0, abs=1e-5)
     assert latitude == pytest.approx(52.5 + y / 111_270.0, abs=1e-4)
     assert longitude == pytest.approx(
         13.4 + x / (111_320.0 * math.cos(math.radians(52.5))), abs=1e-4

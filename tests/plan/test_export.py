@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from functools import partial
 from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import geopandas
+import numpy as np
 import pyproj
 import pytest
+import rasterio
+from affine import Affine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink import mavwp
 
 import optuav
-from optuav import P1, InputError, NoPlanError, Plan
+from optuav import P1, P4, InputError, NoPlanError, Plan
 from optuav.export import NOT_FLOWN
 from tests.cli.run import refused, run
 
@@ -43,11 +48,28 @@ def waypoints(file: Path) -> list[Any]:
     return [loader.wp(number) for number in range(loader.load(str(file)))]
 
 
-@pytest.mark.parametrize("suffix", [".kml", ".geojson"])
-def test_maps_read_the_way_where_the_mission_states_it(suffix: str, tmp_path: Path) -> None:
+def geoid(folder: Path, height_m: float) -> None:
+    """Let pyproj find a grid of one height for EGM96, which is written here."""
+    rows = {"width": 361, "height": 181, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
+    place: Any = {"driver": "GTiff", "transform": Affine(1, 0, -180.5, 0, -1, 90.5), **rows}
+    with rasterio.open(folder / "us_nga_egm96_15.tif", "w", **place) as file:
+        file.write(np.full((1, 181, 361), height_m, "float32"))
+    pyproj.datadir.append_data_dir(str(folder))
+
+
+@pytest.fixture
+def grids(tmp_path: Path) -> Iterator[Path]:
+    """A folder for grids that pyproj finds, until the test ends."""
+    before = pyproj.datadir.get_data_dir()
+    (tmp_path / "grids").mkdir()
+    yield tmp_path / "grids"
+    pyproj.datadir.set_data_dir(before)
+
+
+def test_kml_has_the_way_where_the_mission_states_it(tmp_path: Path) -> None:
     """GDAL finds each leg's ends where [earth] puts them, at altitudes above mean sea level."""
     plan = placed()
-    file = plan.export(tmp_path / f"plan{suffix}")
+    (file,) = plan.export(tmp_path / "plan.kml")
     layer = geopandas.read_file(file)
     assert layer.crs.equals("EPSG:4326")
     lines = [*layer[layer.geom_type == "LineString"].geometry]
@@ -62,49 +84,124 @@ def test_maps_read_the_way_where_the_mission_states_it(suffix: str, tmp_path: Pa
         assert on_plane(*point[:2]) == pytest.approx(place_m, abs=1e-3)
 
 
-def test_autopilots_read_the_stops_in_order(tmp_path: Path) -> None:
-    """Pymavlink reads commands, times, heights over the origin, and a speed before each leg."""
+def test_geojson_has_heights_above_the_ellipsoid_or_none(grids: Path, tmp_path: Path) -> None:
+    """RFC 7946 wants them there: with a geoid 40.25 m above it, else none, and words."""
     plan = placed()
-    found = waypoints(plan.export(tmp_path / "plan.waypoints"))
-    commands = [item.command for item in found]
+    (file,) = plan.export(tmp_path / "flat.geojson")
+    flat, words = geopandas.read_file(file), json.loads(file.read_text())["notes"]
+    geoid(grids, 40.25)
+    (file,) = plan.export(tmp_path / "high.geojson")
+    high, more = geopandas.read_file(file), json.loads(file.read_text())["notes"]
+    assert not flat.has_z.any()
+    assert "Without heights" in words[1]
+    assert high.has_z.all()
+    assert more == [NOT_FLOWN]
+    lines = [*high[high.geom_type == "LineString"].geometry]
+    assert [line.coords[0][2] for line in lines] == pytest.approx([124.25, 124.25, 174.25])
+    for one, other in zip(flat.geometry, high.geometry, strict=True):
+        assert one.coords[0] == other.coords[0][:2]
+
+
+def test_autopilots_read_a_file_per_flight(tmp_path: Path) -> None:
+    """Pymavlink reads commands, times and speeds, at heights above each file's own take-off."""
+    plan = placed()
+    paths = plan.export(tmp_path / "hill.waypoints")
+    names = ["hill-1.waypoints", "hill-1.txt", "hill-2.waypoints", "hill-2.txt"]
+    assert [path.name for path in paths] == names
+    first, second = waypoints(paths[0]), waypoints(paths[2])
     leg = [SPEED, WAYPOINT]
-    assert commands == [
-        WAYPOINT,
-        TAKE_OFF,
-        *leg,
-        LOITER,
-        *leg,
-        LAND,
-        DELAY,
-        TAKE_OFF,
-        *leg,
-    ]
-    home, loiter, delay = found[0], found[4], found[8]
-    assert (home.frame, home.z, home.current) == (0, 84.0, 1)
-    assert loiter.param1 == pytest.approx(597.2698, abs=1e-3)
-    assert delay.param1 == pytest.approx(plan.rest_time_s, abs=1e-6)
-    assert [item.z for item in found if item.frame == 3] == [0, 0, 0, 50, 50, 50, 0]
-    speeds_m_s = [item.param2 for item in found if item.command == SPEED]
+    assert [item.command for item in first] == [WAYPOINT, TAKE_OFF, *leg, LOITER, *leg, LAND]
+    assert [item.command for item in second] == [WAYPOINT, TAKE_OFF, *leg, LAND]
+    # The origin and the hover point at z = 50, the roof at 100, the destination at 50
+    assert [item.z for item in first] == [84, 12, 0, 0, 0, 0, 62, 50]
+    assert [item.z for item in second] == [134, 12, 0, -38, -50]
+    assert [item.frame for item in second] == [0, 3, 2, 3, 3]
+    assert first[4].param1 == pytest.approx(597.2698, abs=1e-3)
+    speeds_m_s = [item.param2 for item in [*first, *second] if item.command == SPEED]
     assert speeds_m_s == pytest.approx([154.891, 83.184, 130.911], abs=1e-3)
+    assert f"after a rest of {plan.rest_time_s:.2f} s" in paths[3].read_text()
 
 
-def test_groundcontrol_and_autopilots_read_the_same_commands(tmp_path: Path) -> None:
-    """The plan of QGroundControl has the items of the text, to 1e-7 degrees."""
-    plan = placed()
-    document = json.loads(plan.export(tmp_path / "a.plan").read_text())
-    assert (document["fileType"], document["version"], document["mission"]["version"]) == (
-        "Plan",
-        1,
-        2,
-    )
-    listed, text = document["mission"]["items"], waypoints(plan.export(tmp_path / "a.waypoints"))
-    assert [item["doJumpId"] for item in listed] == [*range(1, len(listed) + 1)]
-    for item, other in zip(listed, text[1:], strict=True):
-        assert (item["command"], item["frame"]) == (other.command, other.frame)
-        assert item["params"][:3] == pytest.approx([other.param1, other.param2, other.param3])
-        assert item["params"][4:] == pytest.approx([other.x, other.y, other.z], abs=1e-7)
-    latitude, longitude, altitude_m = document["mission"]["plannedHomePosition"]
-    assert (latitude, longitude, altitude_m) == (text[0].x, text[0].y, text[0].z)
+def refused_by_px4(document: dict[str, Any], radius_m: float = 10.0) -> list[str]:
+    """Break of a rule of its FeasibilityChecker, written from the rules."""
+    found, positioned = list[str](), False
+    items = document["mission"]["items"]
+    for item in items:
+        if item["command"] == TAKE_OFF:
+            if item["Altitude"] - 1.0 < radius_m:
+                found.append("take-off too low")
+            if positioned:
+                found.append("take-off is not the first item with a position")
+        positioned |= item["command"] not in (DELAY, SPEED)
+    if items[0]["command"] != TAKE_OFF or items[-1]["command"] != LAND:
+        found.append("no take-off or no landing")
+    return found
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        placed,
+        partial(placed, problem="P3"),
+        partial(placed, problem=P4("b9")),
+        lambda: optuav.solve(optuav.load("matrice350").replace(BERLIN)),
+        lambda: optuav.coverage(optuav.load("matrice350").replace(BERLIN)).event(4).plans[0],
+    ],
+)
+def test_every_export_keeps_the_rules_of_autopilots_and_ground_stations(
+    make: Any, tmp_path: Path
+) -> None:
+    """PX4's, QGroundControl's twelve fields between tabs, and home where each flight takes off."""
+    plan = make()
+    rests = sum(phase.kind == "rest" and phase.duration_s > 0.0 for phase in plan.phases)
+    plans = plan.export(tmp_path / "a.plan", force=True)
+    texts = plan.export(tmp_path / "a.waypoints", force=True)[::2]
+    assert len(plans) == len(texts) == rests + 1
+    landed: list[float] = []
+    for file, text in zip(plans, texts, strict=True):
+        document = json.loads(file.read_text())
+        assert refused_by_px4(document) == []
+        head, *lines = text.read_text().splitlines()
+        assert head == "QGC WPL 110"
+        assert {len(line.split("\t")) for line in lines} == {12}
+        home, items = document["mission"]["plannedHomePosition"], document["mission"]["items"]
+        assert items[0]["params"][4:6] == home[:2]
+        # A flight begins where the one before it has landed
+        assert home == pytest.approx(landed or home, abs=1e-6)
+        *angles, height_m = items[-1]["params"][4:]
+        landed = [*angles, home[2] + height_m]
+        rows = [[float(figure) for figure in line.split("\t")] for line in lines]
+        assert rows[0][8:11] == pytest.approx(home, abs=1e-6)
+        assert [row[3] for row in rows[1:]] == [item["command"] for item in items]
+        for row, item in zip(rows[1:], items, strict=True):
+            assert row[4:7] == pytest.approx(item["params"][:3])
+            assert row[8:11] == pytest.approx(item["params"][4:], abs=1e-6)
+
+
+def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
+    """By hand: 2 m/s² up and down again for 12 m, at the draw of flight, at both ends."""
+    plan = optuav.solve(optuav.load("matrice350").replace(BERLIN))
+    flight = plan.mission.flight
+    once_s = 2.0 * (12.0 / flight.acceleration_m_s2) ** 0.5
+    charge_As = 4 * once_s * flight.flight_current_A
+    share = charge_As / (plan.mission.battery.capacity_As * plan.mission.battery.packs)
+    for path in plan.export(tmp_path / "a.plan"):
+        words = json.loads(path.read_text())["notes"][2]
+        assert f"{4 * once_s:.1f} s and {share:.2%} of the battery in 2 flights" in words
+
+
+def test_a_low_take_off_is_doubted(tmp_path: Path) -> None:
+    """PX4's acceptance radius is a parameter, so that 5 m may be right."""
+    for climb_m, doubted in ((11.0, False), (10.9, True)):
+        path, _ = placed().export(tmp_path / "a.plan", climb_m=climb_m)
+        assert ("NAV_ACC_RAD" in path.read_text()) == doubted
+        assert bool(refused_by_px4(json.loads(path.read_text()))) == doubted
+    wrong: Any
+    for wrong in (0.0, -1, 1001, float("nan"), "12"):
+        with pytest.raises(InputError, match=r"climb_m = .*: .*0 < x <= 1000 \[m\]"):
+            placed().export(tmp_path / "a.plan", climb_m=wrong)
+    with pytest.raises(InputError, match=r"climb_m = 12.0: goes with \.plan and \.waypoints"):
+        placed().export(tmp_path / "a.kml", climb_m=12.0)
 
 
 @given(
@@ -136,7 +233,7 @@ def test_crs_places_a_mission_as_earth_does(tmp_path: Path) -> None:
     crs = "+proj=aeqd +lon_0=13.4 +lat_0=52.5 +datum=WGS84 +units=m +no_defs"
     mission = optuav.load("paper").replace({"crs": crs, "earth.altitude_m": 34.0})
     files = [
-        plan.export(tmp_path / f"{name}.kml").read_text()
+        plan.export(tmp_path / f"{name}.kml")[0].read_text()
         for name, plan in (("crs", optuav.solve(mission)), ("earth", placed()))
     ]
     assert files[0] == files[1]
@@ -145,20 +242,21 @@ def test_crs_places_a_mission_as_earth_does(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_each_file_says_that_nobody_flew_it(suffix: str, tmp_path: Path) -> None:
     """And a plan that cannot be flown is refused unless forced, and then says why."""
-    assert NOT_FLOWN in placed().export(tmp_path / f"a{suffix}").read_text("utf-8")
+    for file in placed().export(tmp_path / f"a{suffix}"):
+        assert (NOT_FLOWN in file.read_text("utf-8")) != (file.suffix == ".waypoints")
     fallen = placed(problem="P3", perspective="battery")
     file = tmp_path / f"b{suffix}"
     with pytest.raises(InputError, match=r"plan\.flyable = false: true; the available well runs"):
         fallen.export(file)
-    assert not file.exists()
-    assert "runs dry at 660.26 s" in fallen.export(file, force=True).read_text("utf-8")
+    assert not [*tmp_path.glob("b*")]
+    assert "runs dry at 660.26 s" in fallen.export(file, force=True)[-1].read_text("utf-8")
 
 
 def test_names_that_markup_knows_are_escaped(tmp_path: Path) -> None:
     """A mission may be called what XML reserves."""
     plan = placed()
     named = plan.model_copy(update={"mission": plan.mission.replace({"name": "<b> & ü"})})
-    root = ElementTree.parse(named.export(tmp_path / "a.kml")).getroot()
+    root = ElementTree.parse(*named.export(tmp_path / "a.kml")).getroot()
     assert root[0][0].text == "<b> & ü"
 
 
@@ -200,11 +298,22 @@ def test_the_command_writes_what_the_library_writes(tmp_path: Path) -> None:
     good.save(tmp_path / "good.json")
     fallen.save(tmp_path / "fallen.json")
     for suffix in SUFFIXES:
-        file = tmp_path / f"a{suffix}"
-        assert run("export", str(tmp_path / "good.json"), str(file)).code == 0
-        assert file.read_text("utf-8") == good.export(tmp_path / f"b{suffix}").read_text("utf-8")
+        asked = ("export", str(tmp_path / "good.json"), str(tmp_path / f"a{suffix}"))
+        answer = run(*asked)
+        assert answer.code == 0
+        for file in good.export(tmp_path / f"b{suffix}"):
+            mine = file.with_name(file.name.replace("b", "a"))
+            assert f"wrote {mine}" in answer.out
+            assert mine.read_text("utf-8") == file.read_text("utf-8")
+        assert run(*asked).code == 0  # Its own files are replaced
     asked = ("export", str(tmp_path / "fallen.json"), str(tmp_path / "c.kml"))
     assert "--force" in refused(*asked)
     assert not (tmp_path / "c.kml").exists()
     assert run(*asked, "--force").code == 0
     assert (tmp_path / "c.kml").exists()
+    (tmp_path / "d-1.waypoints").write_text("QGC WPL 110\n")
+    asked = ("export", str(tmp_path / "good.json"), str(tmp_path / "d.waypoints"))
+    assert "is not from optuav" in refused(*asked)
+    assert [file.name for file in tmp_path.glob("d*")] == ["d-1.waypoints"]
+    assert run(*asked, "--climb-m", "30", "--force").code == 0
+    assert "0 < x <= 1000" in refused(*asked, "--climb-m", "-3")

@@ -109,7 +109,7 @@ def test_an_export_of_a_plan_says_every_fault(tmp_path: Path) -> None:
     pytest.importorskip("pyproj")
     with pytest.raises(optuav.InputError, match="deadline"):
         late().export(tmp_path / "a.kml")
-    text = late().export(tmp_path / "a.kml", force=True).read_text("utf-8")
+    text = late().export(tmp_path / "a.kml", force=True)[0].read_text("utf-8")
     assert any(fault in text for fault in late().faults)
     assert "deadline" in text
 

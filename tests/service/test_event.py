@@ -1,6 +1,7 @@
 """Drones for an event: known counts, the judge's verdict, random rosters with one drone fewer."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import highspy
@@ -11,7 +12,8 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
-from optuav.service.event import _overdrawn_As, _programme
+from optuav.physics.kibam import Stage
+from optuav.service.event import Ring, _overdrawn_As, _programme
 from tests.cycles import random_visit
 from tests.examples import few
 
@@ -104,10 +106,15 @@ def test_rosters_are_told_apart_by_sums_only_where_the_programme_has_no_answer(s
     if visit.balanced_s < 1.0:
         return
     longest_s = visit.balanced_s * rng.uniform(0.8, 1.0)
-    asked = visit, drones, longest_s * count * rng.uniform(0.7, 1.0), longest_s, count
-    if _programme(*asked) is not None:
-        for width in range(1, count + 1):
-            assert _overdrawn_As(*asked, width) <= 1e-6 * visit.battery.capacity_As
+    # Also from a point to which legs take longer, and with overlaps
+    far = replace(visit, out=(*visit.out, Stage(-visit.hover_A, rng.uniform(0, 20))))
+    until_s, overlap_s = longest_s * count * rng.uniform(0.7, 1.0), rng.uniform(0, 0.2) * longest_s
+    for visits, overlaps_s in (((visit,), 0.0), ((visit, far), 0.0), ((visit, far), overlap_s)):
+        ring = Ring(tuple(visits[k % len(visits)] for k in range(drones)), until_s, overlaps_s)
+        if _programme(ring, np.full(drones, longest_s), count) is not None:
+            for width in range(1, count + 1):
+                small = 1e-6 * visit.battery.capacity_As
+                assert _overdrawn_As(ring, longest_s, count, width) <= small
 
 
 def test_short_hovers_need_few_programmes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -181,8 +188,9 @@ def test_an_interrupt_ends_a_programme_of_many_hovers(monkeypatch: pytest.Monkey
         highspy.Highs, "cancelSolve", lambda self: stopped.append(True) or cancel(self)
     )
     visit = random_visit(np.random.default_rng(1))
+    ring = Ring((visit,) * 8, 2000 * visit.balanced_s, 0.0)
     with pytest.raises(KeyboardInterrupt):
-        _programme(visit, 8, 2000 * visit.balanced_s, visit.balanced_s, 2400)
+        _programme(ring, np.full(8, visit.balanced_s), 2400)
     assert stopped
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
+from optuav.service.size_fleet import _further_sets
 
 PRICES = {"drone": 9000, "laser": 40000, "pad": 1500, "charger": 800}
 PRICES |= {"battery_set": 1400, "tether": 25000}
@@ -153,3 +154,44 @@ def test_a_mission_without_a_laser_still_has_pads_and_exchanges() -> None:
     assert "laser" in rows["laser, lit hover"]["why"]
     assert rows["pad"]["drones"] > 0
     assert rows["swap"]["drones"] > 0
+
+
+@pytest.mark.parametrize("mission", ["matrice350", "relay-today"])
+@pytest.mark.parametrize("overlap_s", [0.0, 60.0])
+def test_an_event_costs_what_its_roster_needs(mission: str, overlap_s: float) -> None:
+    """Counted by hand: a beam or a pad per drone, a bay, and sets that are charged in time."""
+    table = optuav.size_fleet(mission, PRICES, overlap_s=overlap_s, hours=4)
+    rows = {row["technology"]: row for row in table.rows}
+    pack = optuav.load(mission).battery
+    pad = {"pad_power_W": pack.charge_current_A * pack.nominal_voltage_V}
+    ways: Any = {"laser, lit hover": {}, "laser, dark hover": {"lit_hover": False}, "pad": pad}
+    for name, options in ways.items():
+        drones = optuav.coverage(mission, **options).event(4, overlap_s=overlap_s).drones
+        places = PRICES["pad" if name == "pad" else "laser"]
+        assert rows[name]["drones"] == rows[name]["battery_sets"] == drones
+        assert rows[name]["cost"] == drones * (PRICES["drone"] + PRICES["battery_set"] + places)
+    assert rows["tether"]["cost"] == PRICES["tether"]
+    event, swap = optuav.coverage(mission, swap_s=120).event(4, overlap_s=overlap_s), rows["swap"]
+    assert swap["bays"] == 1
+    counted = swap["drones"] * PRICES["drone"] + swap["chargers"] * PRICES["charger"]
+    assert swap["cost"] == counted + swap["battery_sets"] * PRICES["battery_set"]
+    # Every hover its own set is never cheaper than what was found
+    assert swap["cost"] <= event.drones * PRICES["drone"] + len(event.rows) * PRICES["battery_set"]
+    alone = optuav.size_fleet(mission, overlap_s=overlap_s, hours=4)
+    swap = next(row for row in alone.rows if row["technology"] == "swap")
+    assert (swap["chargers"], swap["battery_sets"]) == (0, len(event.rows))
+    assert "for an event of 4 h" in str(alone)
+
+
+def test_sets_are_charged_one_after_the_other() -> None:
+    """Packs land every 100 s and take 250 s to charge: by hand, with 0 to 3 chargers."""
+    landings = [(100.0 * k, 250.0) for k in range(8)]
+    # One charger: full at 250, 500, 750, taken at 300, 500; the exchange at 700 finds none
+    assert [_further_sets(landings, chargers, 1.0) for chargers in range(4)] == [8, 6, 4, 3]
+
+
+def test_events_refuse_a_share() -> None:
+    """Together with hours that are out of range."""
+    with pytest.raises(InputError) as refused:
+        optuav.size_fleet("matrice350", share=0.5, hours=0)
+    assert {fault.key for fault in refused.value.faults} == {"share", "hours"}

@@ -1,0 +1,215 @@
+"""An event for pilots: files per visit, and a roster in clock times as table and calendar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from math import inf
+from pathlib import Path
+from typing import NamedTuple
+
+from optuav.errors import Fault, refuse
+from optuav.export import Flight, PlanOnEarth, Step, shapes
+from optuav.mission.files import refusal, refusals, write_files
+from optuav.mission.messages import first_ten, misfits, path_of, shown
+from optuav.plan.export import (
+    CLIMB,
+    CLIMB_M,
+    MISSIONS,
+    climbs,
+    course_of,
+    flight_files,
+    with_heights_told,
+)
+from optuav.service.event import Event, visits_of
+from optuav.studies.results import as_csv
+
+ROUTE_ENDS = ("origin", "destination")
+PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
+"""Place on the roof, by how a battery is charged; every drone has a beam or a pad for itself."""
+FOLD = 74  # Octets of a calendar's line, without the space that continues one
+
+
+class Clock(NamedTuple):
+    """Moments of a visit."""
+
+    take_off: datetime
+    on_station: datetime
+    leave: datetime
+    landing: datetime
+
+    def stated(self) -> dict[str, str]:
+        """Each moment by its name, with its offset from UTC."""
+        return {name: at.isoformat(timespec="seconds") for name, at in self._asdict().items()}
+
+
+class PilotFlight(NamedTuple):
+    """One visit of a drone to the hover point, in clock times."""
+
+    drone: int
+    visit: int
+    flight: Flight
+    clock: Clock
+    battery_left: float  # At the landing, of the capacity
+
+    @property
+    def name(self) -> str:
+        """Name of its files."""
+        return f"drone-{self.drone}-visit-{self.visit}"
+
+
+def save_flights(
+    event: Event, directory: str | Path, start: str | datetime, climb_m: float | None = None
+) -> tuple[Path, ...]:
+    """Write the files of an event for pilots; see `Event.save_flights`."""
+    folder, faults = path_of(directory, "directory"), list[Fault]()
+    if climb_m is not None:
+        faults += misfits(("climb_m", climb_m, CLIMB))
+    if (begin := _moment(start)) is None:
+        words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
+        faults.append(Fault("start", shown(start), words))
+    refuse(faults)
+    assert begin is not None
+    height_m = CLIMB_M if climb_m is None else climb_m
+    verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
+    files, flights = dict[Path, bytes](), list[PilotFlight]()
+    for drone in dict.fromkeys(course.drone for course in event.courses):
+        course, visits = _of_drone(event, drone, begin)
+        course = course._replace(notes=(*course.notes, verdict))
+        files[folder / f"drone-{drone}.kml"] = shapes.kml(course).encode()
+        files[folder / f"drone-{drone}.geojson"] = shapes.geojson(
+            with_heights_told(course)
+        ).encode()
+        notes = *course.notes, *climbs(event.plans[0].mission, 1, height_m)
+        for each in visits:
+            title = f"{course.name}, drone {drone} of {event.drones}, visit {each.visit} of "
+            title += f"{len(visits)}: {each.flight.words}"
+            for suffix in MISSIONS:
+                file = folder / f"{each.name}{suffix}"
+                said = (title, _in_words(each), *notes)
+                files |= flight_files(each.flight, file, height_m, course.altitude_m, said)
+        flights += visits
+    flights.sort(key=lambda each: each.clock.take_off)
+    rows = [_row(event, each) for each in flights]
+    files[folder / "roster.csv"] = as_csv(rows).encode()
+    files[folder / "roster.ics"] = _calendar(event, flights).encode()
+    stale = [file.name for file in folder.glob("drone-*") if file not in files]
+    if stale:
+        words = f"holds flights of another event: {first_ten(sorted(stale))}"
+        raise refusal(folder, f"{words}; name another directory, or delete them")
+    pictures = [*event.pictures()]
+    with refusals(folder, "made"):
+        folder.mkdir(parents=True, exist_ok=True)
+    write_files(files)
+    from optuav.plots import save_figures
+
+    return (*files, *save_figures(pictures, folder))
+
+
+def _moment(start: object) -> datetime | None:
+    """A moment with its offset from UTC; None if it is none."""
+    if isinstance(start, str):
+        try:
+            start = datetime.fromisoformat(start)
+        except ValueError:
+            return None
+    aware = isinstance(start, datetime) and start.utcoffset() is not None
+    return start if isinstance(start, datetime) and aware else None
+
+
+def _of_drone(event: Event, drone: int, begin: datetime) -> tuple[PlanOnEarth, list[PilotFlight]]:
+    """The course of a drone, and its flights."""
+    steps, clocks, left, back_s = list[Step](), list[Clock](), list[float](), -inf
+    for _, offset_s, plan in (course for course in event.courses if course.drone == drone):
+        course, visits = course_of(plan), [*visits_of(plan.phases)]
+        if steps:  # Its pack was exchanged
+            rest = Step("rest", event.building, (course.start,), offset_s - back_s, 0.0)
+            steps.append(rest)
+        for out, hover, *_, back in visits:
+            moments_s = out.start_s, hover.start_s, hover.end_s, back.end_s
+            clocks.append(Clock(*(_later(begin, offset_s + at_s) for at_s in moments_s)))
+            left.append(
+                sum((*back.available_As, *back.bound_As)) / float(plan.mission.pool.capacity_As)
+            )
+        back_s = offset_s + plan.phases[-1].end_s
+        steps += (
+            step._replace(place=event.building) if step.place in ROUTE_ENDS else step
+            for step in course.steps
+        )
+    course = course._replace(steps=tuple(steps), start_place=event.building)
+    rows = zip(course.flights, clocks, left, strict=True)
+    return course, [
+        PilotFlight(drone, number, flight, clock, battery_left)
+        for number, (flight, clock, battery_left) in enumerate(rows, start=1)
+    ]
+
+
+def _later(begin: datetime, passed_s: float) -> datetime:
+    """A moment to the second, also where clocks are put forward or back in between."""
+    return (begin.astimezone(UTC) + timedelta(seconds=round(passed_s))).astimezone(begin.tzinfo)
+
+
+def _place(event: Event, flight: PilotFlight) -> str:
+    """The place on the roof where a drone's battery is charged or exchanged."""
+    number = f" {flight.drone}" * (event.charged_by != "exchange")
+    return f"{PLACES[event.charged_by]}{number}"
+
+
+def _row(event: Event, flight: PilotFlight) -> dict[str, object]:
+    """A row of the roster."""
+    return {
+        "drone": flight.drone,
+        "visit": flight.visit,
+        **flight.clock.stated(),
+        "roof": event.building,
+        "place": _place(event, flight),
+        "battery_left_percent": round(100.0 * flight.battery_left, 1),
+        "files": flight.name,
+    }
+
+
+def _in_words(flight: PilotFlight) -> str:
+    """The moments of a flight, and the charge at its landing."""
+    stated = (f"{name.replace('_', ' ')} {at}" for name, at in flight.clock.stated().items())
+    return f"{', '.join(stated)}; {flight.battery_left:.1%} of the battery left."
+
+
+def _calendar(event: Event, flights: Sequence[PilotFlight]) -> str:
+    """The roster as a calendar of one entry per flight (RFC 5545)."""
+    lines = ["BEGIN:VCALENDAR", "VERSION:2.0", "PRODID:-//optuav//event//EN"]
+    for flight in flights:
+        begin, end = (_utc(moment) for moment in (flight.clock.take_off, flight.clock.landing))
+        title = f"Drone {flight.drone}, visit {flight.visit}: {event.mission.name}"
+        lines += [
+            "BEGIN:VEVENT",
+            f"UID:{flight.name}-{begin}@optuav",
+            f"DTSTAMP:{_utc(flights[0].clock.take_off)}",
+            f"DTSTART:{begin}",
+            f"DTEND:{end}",
+            f"SUMMARY:{_escaped(title)}",
+            f"LOCATION:{_escaped(f'{event.building}, {_place(event, flight)}')}",
+            f"DESCRIPTION:{_escaped(_in_words(flight))}",
+            "END:VEVENT",
+        ]
+    return "".join(map(_folded, [*lines, "END:VCALENDAR"]))
+
+
+def _utc(moment: datetime) -> str:
+    """A moment as calendars state it."""
+    return moment.astimezone(UTC).strftime("%Y%m%dT%H%M%SZ")
+
+
+def _escaped(text: str) -> str:
+    """A text as a value of a calendar."""
+    return re.sub(r"([\\;,])", r"\\\1", text).replace("\n", "\\n")
+
+
+def _folded(line: str) -> str:
+    """A line of a calendar, broken into lines of at most 75 octets."""
+    parts = [""]
+    for sign in line:
+        if len((parts[-1] + sign).encode()) > FOLD:
+            parts.append("")
+        parts[-1] += sign
+    return "\r\n ".join(parts) + "\r\n"
