@@ -15,7 +15,7 @@ import math
 import os
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import chain, compress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -24,6 +24,7 @@ import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
+from optuav.calibration.logs import FlightLog
 from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission.forms import SCHEMA
@@ -155,6 +156,10 @@ class Fit:
     edge
         Batteries at the edge of the 95 % region, by dotted key, in all directions of capacity,
         share and lag. The hovers of their plans are, to about a percent, the interval of the hover.
+    notes
+        Sentences on what was read of flight logs, and what was left out.
+    logs
+        The flight logs of autopilots among the sources, each an `optuav.calibration.FlightLog`.
 
     Examples
     --------
@@ -178,6 +183,8 @@ class Fit:
     extends: str = "paper"
     lag: Value | None = None
     edge: tuple[Mapping[str, float], ...] = ()
+    notes: tuple[str, ...] = ()
+    logs: tuple[FlightLog, ...] = ()
 
     @property
     def rows(self) -> tuple[Value, ...]:
@@ -213,8 +220,10 @@ class Fit:
         return markup.shown(head, markup.table(heads, rows, bad=loose), *warnings)
 
     def to_dict(self) -> dict[str, object]:
-        """Everything as plain data."""
-        return asdict(self)
+        """Everything but the flight logs as plain data."""
+        data = asdict(replace(self, logs=()))
+        del data["logs"]
+        return data
 
     def to_frame(self) -> DataFrame:
         """One row a value, and one for the lag of a battery; needs pandas.
@@ -240,6 +249,7 @@ class Fit:
         names = ", ".join(Path(source).name for source in self.sources)
         remarks = [f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."]
         remarks += [f"{SURE}: {self.lag_words}."] * bool(self.lag_words)
+        remarks += [f"{words}." for words in self.notes]
         remarks += [f"Warning: {words}" for words in self.warnings]
         lines = [*chain.from_iterable(map(_wrapped, remarks)), ""]
         lines += [_entry("schema", SCHEMA), _entry("extends", base)]

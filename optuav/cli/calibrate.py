@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from optuav.cli.output import check_places, command, deliver
-from optuav.errors import Fault, InputError, NoPlanError, SolverError, shown
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, refuse, shown
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -20,6 +20,8 @@ MOST_ROWS = 40  # Observations that are listed one by one
 LONGEST = 30  # Letters of a name or of an interval
 NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
 """Names of values that are no keys of a mission."""
+OF_LOGS = ("kibam", "regimes", "rotary-wing")
+"""Kinds that read flight logs."""
 Kind = Literal["kibam", "regimes", "rotor", "rotary-wing", "table"]
 
 
@@ -28,6 +30,7 @@ def calibrate(
     files: list[Path],
     extends: str | None = None,
     never_longer: bool = False,
+    column: list[str] | None = None,
     as_json: bool = False,
     save: Path | None = None,
     plot: Path | None = None,
@@ -44,7 +47,18 @@ def calibrate(
     check_places(save, plot, ".toml", "")
     from optuav import calibration
 
-    options = {"never_longer": True} if never_longer else {}
+    options: dict[str, Any] = {"never_longer": True} if never_longer else {}
+    if column:
+        if kind not in OF_LOGS:
+            words = f"requires KIND {', '.join(OF_LOGS[:-1])} or {OF_LOGS[-1]}, not {kind}"
+            raise InputError([Fault("--column", "", words)])
+        stated = {each: each.rpartition("=")[::2] for each in column}
+        refuse(
+            Fault("--column", shown(each), "OLD=NEW: a heading of the file, and what it stands for")
+            for each, (old, new) in stated.items()
+            if not (old and new)
+        )
+        options["columns"] = {old: new.strip() for old, new in stated.values()}
     found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
     if extends is not None:
         found = replace(found, extends=extends)
@@ -65,8 +79,12 @@ def calibrate(
     if plot is not None and found.panels:
         from optuav import plots
 
-        written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
-    notes = [f"warning: {warning}" for warning in found.warnings]
+        pictures = [("fit.png", plots.fit(found)[0].values)]
+        for number, log in enumerate(found.logs, start=1):
+            name = f"log-{number}.png" if len(found.logs) > 1 else "log.png"
+            pictures.append((name, plots.flight_log(log)[0]))
+        written += plots.save_figures(pictures, plot)
+    notes = [*found.notes, *(f"warning: {warning}" for warning in found.warnings)]
     if isinstance(hover, str):
         notes.append(f"{extends} with these values: {hover}")
     elif hover:
