@@ -101,7 +101,7 @@ def read_text(path: Path, limit: int, *, hint: str = "", own: bool = False) -> s
     except UnicodeDecodeError as error:
         words = f"is not text in UTF-8: byte 0x{error.object[error.start]:02x} at {error.start}"
         if what := named(content):
-            words = f"is {what.words}"
+            words = f"is not text in UTF-8 but {what.words}"
         raise refusal(path, words) from None
 
 

@@ -12,6 +12,11 @@ class Format(NamedTuple):
     words: str
     binary: bool
 
+    @property
+    def name(self) -> str:
+        """The words without the advice."""
+        return self.words.partition(";")[0]
+
 
 BINARY = (
     (0, b"SQLite format 3\0", "a GeoPackage or another SQLite database"),
@@ -42,6 +47,7 @@ BINARY = (
 TEXT = (
     (r"QGC WPL", "a text of waypoints; optuav audit takes it with --mission"),
     (r"(?=<)(?s:.*)<kml\b", "KML; optuav audit takes a flight plan in it with --mission"),
+    (r"(?=<)(?s:.*)<osmChange", "a change of OpenStreetMap (.osc), not a map"),
     (r"(?=<)(?s:.*)<osm\b", "OpenStreetMap data (.osm)"),
     (r"(?=<)(?s:.*)<gpx\b", "GPX, which has tracks and no outlines"),
     (r"(?=<)(?s:.*)(citygml|CityModel)", "CityGML; citygml-tools converts it to CityJSON"),
