@@ -9,8 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from optuav.cli.options import by_flags
 from optuav.cli.output import check_places, command, deliver
-from optuav.errors import Fault, InputError, NoPlanError, SolverError, refuse, shown
+from optuav.errors import (
+    Fault,
+    InputError,
+    NoPlanError,
+    SolverError,
+    collected,
+    refuse,
+    shown,
+)
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -59,7 +68,10 @@ def calibrate(
             if not (old and new)
         )
         options["columns"] = {old: new.strip() for old, new in stated.values()}
-    found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+    faults = list[Fault]()
+    with collected(faults):
+        found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+    refuse(by_flags(fault, {"columns": "--column"}) for fault in faults)
     if extends is not None:
         found = replace(found, extends=extends)
     hover = None if base is None or found.lag is None else _hover(found, base)

@@ -163,6 +163,11 @@ def _flight(
         raise refusal(file, f"has more than {MOST_ITEMS} items")
     if not _on_earth(*home[:2]):
         raise InputError([Fault("home", shown(home[:2]), EARTH, label(file))])
+    if not any(home[:2]):  # Written without a position of the drone
+        known = ((row.numbers[5], row.numbers[4]) for row in rows if row.frame != NOWHERE)
+        place = next((at for at in known if all(at)), home[:2])
+        home = (*place, math.nan)
+        notes.append("home is unknown: it is taken to be at the first place of the plan")
     landed = ended = False
     for row in rows:
         what, (stay_s, second, *_), (latitude, longitude, height_m) = (

@@ -15,14 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.errors import Fault, InputError, require
+from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.judge.autopilot import SUFFIXES, Flight, Step, flight_of
 from optuav.judge.course import TOLERANCE, Course
-from optuav.judge.timeline import Itinerary, Move, Point, SimulatedPhase, phases, places
+from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
 from optuav.mission import Mission, load
 from optuav.mission.earth import DEGREES, plane, stated_system, system_in_metres
 from optuav.mission.files import label, refusal
-from optuav.mission.messages import path_of
+from optuav.mission.messages import path_of, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
@@ -162,10 +163,15 @@ def placed(flight: Flight, drone: Mission, file: Path) -> FlightPlan:
             at = ahead.transform(each.longitude_deg, each.latitude_deg)
             place = tuple(np.round(at, MILLIMETRE).tolist())
         base_m = home[2] - (flight.home_altitude_m if each.over == "sea" else 0.0)
+        if not DURATION.accepts(each.stay_s):
+            raise InputError([Fault(each.item, f"{each.stay_s:g} s", DURATION.words, label(file))])
         found = (*place, round(each.height_m + base_m, DIGITS))
         if not np.isfinite(found).all():
             words = "a height over home, as the altitude of home is unknown"
             raise InputError([Fault(each.item, "", words, label(file))])
+        if not all(map(COORDINATE.accepts, found)):
+            words = f"x, y and z around home: {COORDINATE.words}"
+            raise InputError([Fault(each.item, shown(found), words, label(file))])
         return found
 
     goals = [*_goals(flight, home, point_m, drone, file)]

@@ -56,7 +56,7 @@ TEXT = (
     (r"(?=<)(?s:.*)<html\b", "a web page (HTML), not the file that it links to"),
     (
         r'\{(?s:.*)"fileType"\s*:\s*"Plan"',
-        "a plan of QGroundControl; audit takes it with --mission",
+        "a plan of QGroundControl; optuav audit takes it with --mission",
     ),
     (r'\{(?s:.*)"kind"\s*:\s*"optuav plan"', "a saved plan; optuav show and audit take it"),
     (r'\{(?s:.*)"(osm3s|generator"\s*:\s*"Overpass)', "Overpass JSON; optuav city takes it"),

@@ -175,6 +175,16 @@ def test_a_text_of_waypoints(tmp_path: Path) -> None:
     assert subject.mission.route.origin_m == pytest.approx((0, 0, 0))
 
 
+def test_a_home_at_zero_is_unknown(tmp_path: Path) -> None:
+    """As ground stations write it before the drone has a position; the first place counts."""
+    text = WAYPOINTS.replace("52.5\t13.4\t34", "0\t0\t0").replace("3\t0\t0\t16", "3\t0\t3\t16")
+    (file := tmp_path / "a.waypoints").write_text(text)
+    verdict, subject = judged(file)
+    assert any("home is unknown" in note for note in subject.notes)
+    assert verdict.replay is not None
+    assert max(phase.distance_m for phase in verdict.replay.phases) < 300.0
+
+
 def test_pymavlink_reads_and_writes_the_same_text(tmp_path: Path) -> None:
     """What MAVProxy saves is judged as what we read."""
     mavwp = pytest.importorskip("pymavlink.mavwp")
@@ -294,6 +304,8 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("items", "told"),
     [
+        ([item(16, 0, 0, 0, None, 52.5, 13.4, 1e9)], "item 1 = .*x, y and z around home"),
+        ([item(16, 1e9, 0, 0, None, 52.5, 13.4, 40)], "item 1 = 1e[+]09 s: a number, 0 <= x"),
         ([SQUARE[0], item(177, 1, 5, frame=2)], "item 2: is DO_JUMP, which flies a part again"),
         ([item(84, 0, 0, 0, None, *HOME[:2], 40)], "item 1: is a take-off of a VTOL"),
         ([item(16, 0, 0, 0, None, 152.5, 13.4, 40)], "latitude −90 to 90"),
