@@ -72,7 +72,7 @@ def airdata_log(folder: Path) -> None:
             power_W = 5.0 if not armed else 40.0 if on_ground else power_W
             left = 1.0 - 0.0016 * now_s
             voltage_V = 14.4 + 2.4 * left - 0.03 * power_W / 15.0
-            mph = (speed_m_s / 0.44704, (climb_m_s + 0.05 * random.standard_normal()) / 0.44704)
+            mph = (speed_m_s / 0.44704, -(climb_m_s + 0.05 * random.standard_normal()) / 0.44704)
             figures = (
                 f"{1000 * now_s:.0f},{mph[0]:.2f},{mph[1]:.2f},{voltage_V:.3f},{100 * left:.0f}"
             )

@@ -32,7 +32,11 @@ STILL_m_s = 1.0  # speed over ground below which an airborne UAV hovers
 LEVEL_m_s, LEVEL_SLOPE = 0.5, 0.2  # climb, and climb over speed, up to which flight is level
 LASTING_S = 5.0  # shortest hover, and span of a point of steady flight
 STEADY_m_s = 0.5  # largest standard deviation of a speed that is steady
-IDLE = 0.1  # share of the median current below which rotors stand, where no state says so
+IDLE, AFLOAT = (
+    0.1,
+    0.5,
+)  # shares of the current in the air below which rotors stand, or carry nothing
+USUAL = 75.0  # percentile of currents that is one in the air, where no state says so
 SAME_VOLTAGE = 0.1  # relative difference of the voltages of packs side by side
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
 
@@ -395,6 +399,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "landed": ("osd.isonground", "osd.groundorsky", "isonground"),
 }
 """Columns of AirData and of decoders of DJI's records, in small letters."""
+DOWNWARD = "zspeed"  # End of names whose positive values are a descent, as DJI counts
 SPEEDS: Mapping[str, float] = {
     **{"": 1.0, "m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kph": 1 / 3.6},
     **{"mph": MILES_PER_H, "ft/s": FEET_m, "knots": 1852 / 3600},
@@ -439,7 +444,11 @@ def _of_csv(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
     if wrong:
         words = f"a column of the file{nearest(wrong[0], headings)}"
         raise InputError([Fault("columns", shown(wrong[0]), words, source)])
-    for place, heading in enumerate(headings):
+    # Those that are named here first, then those with a unit: decoders of DJI's records put a
+    # text such as 0m 2.8s before the seconds.
+    ranks = [(old not in columns, not UNIT.fullmatch(old)) for old in headings]
+    for place in sorted(range(len(headings)), key=ranks.__getitem__):
+        heading = headings[place]
         if (found := _column(columns.get(heading, heading))) and found[0] not in places:
             places[found[0]] = place, found[1]
         elif heading in columns and found is None:
@@ -473,7 +482,7 @@ def _foreign(heading: str) -> tuple[str, float] | None:
     for name, unit in ((small, ""), parts.groups() if parts else (small, "")):
         for quantity, names in NAMES.items():
             if name in names and unit in (worth := WORTH.get(quantity, {"": 1.0})):
-                return quantity, worth[unit]
+                return quantity, -worth[unit] if name.endswith(DOWNWARD) else worth[unit]
     return None
 
 
@@ -574,9 +583,9 @@ def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_
     """What the drone does at each sample, and why a sample is left out."""
     time_s, current_A, _, speed_m_s, climb_m_s, _, armed, landed = samples
     climb = np.abs(np.nan_to_num(climb_m_s))
-    idle = current_A < IDLE * float(np.median(current_A[current_A > 0.0]))
-    off = np.where(armed < 0, idle, armed == 0)
-    down = np.where(landed < 0, off, landed == 1)
+    usual_A = float(np.percentile(current_A[current_A > 0.0], USUAL))
+    off = np.where(armed < 0, current_A < IDLE * usual_A, armed == 0)
+    down = np.where(landed < 0, off | (current_A < AFLOAT * usual_A), landed == 1)
     slow = (speed_m_s < STILL_m_s) & (climb < LEVEL_m_s)
     level = climb <= np.maximum(LEVEL_m_s, LEVEL_SLOPE * np.nan_to_num(speed_m_s))
     hovers = np.zeros(len(time_s), bool)

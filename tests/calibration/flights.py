@@ -137,8 +137,8 @@ AIRDATA = (
     "current(A),isMotorOn,isOnGround,message"
 )
 FLIGHT_READER = (
-    "CUSTOM.date [local];OSD.flyTime [s];OSD.hSpeed [km/h];OSD.zSpeed [km/h];BATTERY.voltage [V];"
-    "BATTERY.chargeLevel [%];BATTERY.current [A];OSD.isMotorOn;OSD.groundOrSky"
+    "CUSTOM.date [local];OSD.flyTime;OSD.flyTime [s];OSD.hSpeed [km/h];OSD.zSpeed [km/h];"
+    "BATTERY.voltage [V];BATTERY.chargeLevel [%];BATTERY.current [A];OSD.isMotorOn;OSD.groundOrSky"
 )
 
 
@@ -157,9 +157,9 @@ def semicolons(file: Path, log: Flown) -> Path:
     """The log as a decoder of DJI's records writes it where a comma is decimal; current below 0."""
     rows = ["sep=;", FLIGHT_READER]
     for time_s, amps, speed, climb, armed, landed in zip(*log, strict=True):
-        figures = f"{time_s:.1f};{3.6 * speed:.6f};{3.6 * climb:.6f};{VOLTAGE_V};80;{-amps}"
+        figures = f"{time_s:.1f};{3.6 * speed:.6f};{-3.6 * climb:.6f};{VOLTAGE_V};80;{-amps}"
         states = f"{str(bool(armed)).upper()};{'Ground' if landed else 'Sky'}"
-        rows.append(f"01.05.2026;{figures};{states}".replace("01.05.2026", "1/5/2026"))
+        rows.append(f"1/5/2026;0m {time_s:.1f}s;{figures};{states}")
     text = "\n".join(rows).replace(".", ",").replace("OSD,", "OSD.").replace("BATTERY,", "BATTERY.")
     file.write_text(text.replace("CUSTOM,", "CUSTOM."))
     return file

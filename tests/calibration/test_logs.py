@@ -56,6 +56,8 @@ def test_every_format_gives_the_loads_that_were_flown(tmp_path: Path, name: str)
         assert found.changes[f"flight.{key}"] == pytest.approx(true, rel=5e-3), key
     assert not found.warnings
     (log,) = found.logs
+    climbs = log.samples.climb_m_s
+    assert (climbs.max(), climbs.min()) == pytest.approx((3.0, -2.0), rel=1e-4)  # up is positive
     spans = {why: log.step_s[log.reason == why].sum() for why in set(log.reason.tolist())}
     assert spans["on the ground with rotors on"] == pytest.approx(6.0, abs=0.5)
     assert spans["of climbs and descents"] == pytest.approx(20.0, abs=1.0)
@@ -105,6 +107,18 @@ def test_a_discharge_is_one_from_full_to_empty(tmp_path: Path) -> None:
     short.write_text("\n".join(logs[0].read_text().splitlines()[:100]))
     with pytest.raises(InputError, match=r"to at most 15 % of the charge; the log goes from 100 %"):
         optuav.fit_kibam([*logs, short])
+
+
+def test_the_current_tells_the_ground_where_no_state_does(tmp_path: Path) -> None:
+    """As in AirData's own exports: rotors that idle at 3 A of 20 A are no hover."""
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    file.write_text(file.read_text().replace("isMotorOn,isOnGround", "a,b"))
+    found = optuav.fit_regimes(file)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert found.changes["flight.rest_current_A"] == pytest.approx(flights.REST_A, rel=1e-6)
+    (log,) = found.logs
+    ground_s = log.step_s[log.reason == "on the ground with rotors on"].sum()
+    assert ground_s == pytest.approx(6.0, abs=0.5)
 
 
 def test_a_gap_is_left_out_with_its_neighbours(tmp_path: Path) -> None:
@@ -226,6 +240,16 @@ def test_wrong_columns_are_refused(tmp_path: Path, options: tuple[str, ...], wor
     kind, *more = options
     file = flights.own_names(tmp_path / "own.csv", flown())
     assert words in refused("calibrate", kind, str(file), *more)
+
+
+def test_a_column_that_is_named_comes_before_one_that_is_known(tmp_path: Path) -> None:
+    """AirData's own current is replaced by that of another sensor."""
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    head, *rows = file.read_text().splitlines()
+    doubled = [f"{row},{2.0 * float(row.split(',')[7])}" for row in rows]
+    file.write_text("\n".join([f"{head},shunt", *doubled]))
+    found = optuav.fit_regimes(file, columns={"shunt": "current_A"})
+    assert found.changes["flight.hover_current_A"] == pytest.approx(2.0 * flights.HOVER_A, rel=0.01)
 
 
 def test_a_log_that_is_named_twice_is_refused(tmp_path: Path) -> None:
