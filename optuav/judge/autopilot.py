@@ -76,7 +76,7 @@ def flight_of(file: Path) -> Flight:
     if what and what.words.startswith("KML"):
         return _of_kml(text, file)
     if not text.lstrip().startswith("{"):
-        words = f"is {what.words}" if what else "is none"
+        words = f"is {what.name}" if what else "is something else"
         plans = "a flight plan is a .plan, .waypoints or .kml"
         raise refusal(file, f"{words}: {plans}")
     document = parse_json(text, source)
@@ -249,6 +249,7 @@ def _of_kml(text: str, file: Path) -> Flight:
         line, column = error.position
         raise refusal(file, f"is damaged or cut off at line {line}, column {column}") from None
     steps, notes, home = list[Step](), list[str](), None
+    has_lines = any(each.tag.rpartition("}")[2] == "LineString" for each in root.iter())
     for mark in root.iter():
         if mark.tag.rpartition("}")[2] != "Placemark":
             continue
@@ -256,6 +257,10 @@ def _of_kml(text: str, file: Path) -> Flight:
         if "LinearRing" in facts or not {"LineString", "Point"} & facts.keys():
             continue
         name, is_line = facts.get("name") or f"placemark {len(steps) + 1}", "LineString" in facts
+        seconds = re.match(r"([\d.]+) s\b", facts.get("description", ""))
+        fastest = re.search(r"at most ([\d.]+) m/s", facts.get("description", ""))
+        if has_lines and not (is_line or seconds):
+            continue  # A label beside the path
         mode = facts.get("altitudeMode", "clampToGround")
         if mode not in ("absolute", "relativeToGround"):
             words = "altitudeMode absolute or relativeToGround, and a height of each corner"
@@ -269,12 +274,10 @@ def _of_kml(text: str, file: Path) -> Flight:
         if not places or any(not (_on_earth(x, y) and math.isfinite(z)) for x, y, z in places):
             words = f"coordinates longitude,latitude,height: {EARTH}"
             raise InputError([Fault(name, "", words, label(file))])
-        seconds = re.match(r"([\d.]+) s\b", facts.get("description", ""))
-        fastest = re.search(r"at most ([\d.]+) m/s", facts.get("description", ""))
         home = home or (places[0], over)
         if not is_line:
             stay_s = float(seconds[1]) if seconds else 0.0
-            kind: Kind = "rest" if name.startswith("rest") else "hover"
+            kind: Kind = "rest" if name.startswith("rest") else "hover" if stay_s else "pass"
             steps.append(Step(name, kind, *places[0], over, stay_s))
             continue
         speed_m_s = float(fastest[1]) if fastest else math.nan
@@ -282,7 +285,7 @@ def _of_kml(text: str, file: Path) -> Flight:
         if len(steps) > MOST_ITEMS:
             raise refusal(file, f"has more than {MOST_ITEMS} places")
     if home is None:
-        raise refusal(file, "has no line to fly along: KML with outlines only is a map")
+        raise refusal(file, "has no line or points to fly along: outlines make a map")
     (longitude, latitude, height_m), over = home
     if over == "home" and height_m > 0.0:
         notes.append("the path begins above the ground: a climb from below its begin is added")

@@ -180,6 +180,11 @@ def placed(flight: Flight, drone: Mission, file: Path) -> FlightPlan:
     if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
         model = f'flight.model = "{mission.flight.model}"'
         notes.append(f"legs are flown at the speeds of {model}, not at those of the plan")
+    for each, goal in zip(flight.steps, goals, strict=False):
+        if each.kind == "take-off" and goal.at_m[2] < home[2]:
+            words = f"takes off downwards, by {home[2] - goal.at_m[2]:.0f} m"
+            notes.append(f"{each.item} {words}: are its heights over home, not above the sea?")
+        break
     last = flight.steps[-1]
     if last.kind not in ("land", "return") and goals[-1].at_m[2] > home[2]:
         notes.append(f"the plan ends in the air at {last.item}, without a landing")

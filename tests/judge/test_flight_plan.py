@@ -175,6 +175,13 @@ def test_a_text_of_waypoints(tmp_path: Path) -> None:
     assert subject.mission.route.origin_m == pytest.approx((0, 0, 0))
 
 
+def test_a_take_off_downwards_is_doubted(tmp_path: Path) -> None:
+    """Some programs write heights over home as if they were above the sea."""
+    down = item(22, 0, 0, 0, None, *HOME[:2], 20, frame=0)
+    _, subject = judged(plan(tmp_path, [down, SQUARE[1]]))
+    assert any("item 1 takes off downwards, by 14 m" in note for note in subject.notes)
+
+
 def test_a_home_at_zero_is_unknown(tmp_path: Path) -> None:
     """As ground stations write it before the drone has a position; the first place counts."""
     text = WAYPOINTS.replace("52.5\t13.4\t34", "0\t0\t0").replace("3\t0\t0\t16", "3\t0\t3\t16")
@@ -209,6 +216,23 @@ def test_a_path_in_kml(tmp_path: Path) -> None:
     assert verdict.replay is not None
     assert [p.end.position_m[2] for p in verdict.replay.phases] == pytest.approx([30, 30, 50])
     assert any("without a landing" in note for note in subject.notes)
+
+
+def test_points_in_kml_are_labels_beside_a_line_and_else_waypoints(tmp_path: Path) -> None:
+    point = "<Placemark><name>{}</name><Point>{}<coordinates>{}</coordinates></Point></Placemark>"
+    mode = "<altitudeMode>relativeToGround</altitudeMode>"
+    label = point.format("car park", "", "13.5,52.6,0")
+    (file := tmp_path / "a.kml").write_text(KML.replace("</Document>", f"{label}</Document>"))
+    (tmp_path / "b.kml").write_text(KML)
+    assert judged(file)[0].to_dict()["items"] == judged(tmp_path / "b.kml")[0].to_dict()["items"]
+    places = ("13.4,52.5,30", "13.403,52.5,30", "13.403,52.502,50")
+    points = "".join(point.format(k, mode, place) for k, place in enumerate(places))
+    (tmp_path / "c.kml").write_text(KML[: KML.index("<Placemark>")] + points + "</Document></kml>")
+    rows = judged(tmp_path / "c.kml")[0].to_dict()["items"]
+    same = judged(tmp_path / "b.kml")[0].to_dict()["items"]
+    assert isinstance(rows, list)
+    assert isinstance(same, list)
+    assert [row["end_s"] for row in rows] == [row["end_s"] for row in same]
 
 
 TOWN = {
@@ -335,7 +359,7 @@ def test_plans_that_cannot_be_judged_are_refused(
         ("a.kml", KML[: len(KML) // 2], "is damaged or cut off at line"),
         ("a.kml", KML.replace("relativeToGround", "clampToGround"), "altitudeMode absolute or"),
         ("a.kml", KML.replace(",30", ""), "coordinates longitude,latitude,height"),
-        ("a.kml", KML.replace("LineString", "LinearRing"), "has no line to fly along"),
+        ("a.kml", KML.replace("LineString", "LinearRing"), "has no line or points to fly along"),
     ],
 )
 def test_damaged_files_are_refused(tmp_path: Path, name: str, content: str, told: str) -> None:
