@@ -40,6 +40,7 @@ USUAL = 75.0  # percentile of currents that is one in the air, where no state sa
 SAME_VOLTAGE = 0.1  # relative difference of the voltages of packs side by side
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
 
+NO_VOLTAGE = "has no voltage: without it currents give no power"
 REST, HOVER, FLIGHT, OTHER = "rest", "hover", "flight", "other"
 CLIMBS, BRIEF, GROUND, GAPS = (
     "of climbs and descents",
@@ -174,6 +175,8 @@ def _advice(what: Format) -> str:
 def steady(log: FlightLog) -> tuple[csv.Measurements, Booleans]:
     """Points of steady level flight and hover, mean speed and power of each, and their samples."""
     time_s, current_A, voltage_V, speed_m_s, *_ = log.samples
+    if not np.isfinite(voltage_V).any():
+        raise refusal(Path(log.source), NO_VOLTAGE)
     speeds, powers, used = list[float](), list[float](), np.zeros(len(time_s), bool)
     for phase in (HOVER, FLIGHT):
         for run in _runs(log.phase == phase):
@@ -516,7 +519,8 @@ def _cells(
     if lost or late:
         parts = [f"{lost} without time or current"] * bool(lost)
         parts += [f"{late} whose time does not move on"] * bool(late)
-        notes.append(f"{' and '.join(parts)} of {counted(len(kept) + lost + late, 'line')} unread")
+        of = f"{lost + late} of {counted(len(kept) + lost + late, 'line')}"
+        notes.append(f"{of} are not read: {' and '.join(parts)}")
     return Columns(*(by_name[name] for name in series), *states), 1, notes, warnings
 
 
@@ -559,7 +563,8 @@ def _finished(
     current_A = samples.current_A
     if len(current_A) < 3 or not np.any(np.abs(current_A) > 0.0):
         words = "has no current: a sensor must measure it, and the autopilot must log it"
-        raise refusal(path, words if len(known) > 2 else f"has {counted(len(known), 'sample')}")
+        few = "; ".join([f"has {counted(len(known), 'sample')}", *notes])
+        raise refusal(path, words if len(known) > 2 else few)
     if np.sum(current_A) < 0.0:
         samples = samples._replace(current_A=-current_A)
         notes = [*notes, "the current is negative while discharging; its sign is turned"]
@@ -568,8 +573,11 @@ def _finished(
     if not np.isfinite(samples.speed_m_s).any():
         warned.append("there are no speeds: hover and flight cannot be told apart")
     heads = tuple(f"{source}: {words}" for words in notes)
-    for name in ("current", "voltage"):
-        values = getattr(samples, f"{name}_{'A' if name == 'current' else 'V'}")
+    for name, values in (
+        ("current", samples.current_A),
+        ("voltage", samples.voltage_V),
+        ("speed", samples.speed_m_s),
+    ):
         if np.isfinite(values).any():
             most = float(np.nanmax(np.abs(values)))
             warned += csv.unit_doubts(f"the largest {name}", most, name, name)

@@ -236,7 +236,7 @@ def _samples_of(log: FlightLog) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log of an autopilot, and doubts about it."""
     columns = log.samples
     if not np.isfinite(columns.voltage_V).any():
-        raise refusal(Path(log.source), "has no voltage")
+        raise refusal(Path(log.source), logs_of.NO_VOLTAGE)
     power_W = columns.current_A * columns.voltage_V
     of = np.where(np.isfinite(power_W), log.phase, "other")
     power_W = np.nan_to_num(power_W)

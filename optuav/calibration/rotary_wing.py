@@ -1,7 +1,7 @@
 """The power of a rotary wing over its air speed from steady level flight."""
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -91,9 +91,9 @@ def fit_rotary_wing(
         if log := logs_of.read(path, columns or {}):
             points, used = logs_of.steady(log)
             flown.append(log)
-            notes.extend((f"{log.source}: {log.format}", *log.notes))
-            notes.extend(log.shares(used, "are steady"))
-            table, left_out = _checked(points)
+            shares = [*log.shares(used, "are steady")]
+            notes.extend((f"{log.source}: {log.format}", *log.notes, *shares))
+            table, left_out = _checked(points, shares)
             return table, (*log.warnings, *left_out, OVER_GROUND)
         return None
 
@@ -153,8 +153,10 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
         yield f"the tip speed that fits is {tip_m_s:.4g} m/s, {words}: it is no measurement"
 
 
-def _checked(log: csv.Measurements) -> tuple[csv.Measurements, tuple[str, ...]]:
-    """The lines of known values, and sentences on the others.
+def _checked(
+    log: csv.Measurements, shares: Sequence[str] = ()
+) -> tuple[csv.Measurements, tuple[str, ...]]:
+    """The lines of known values, and sentences on the others; the shares of a log say more.
 
     With enough different speeds, none below 0, and powers above 0.
     """
@@ -164,5 +166,5 @@ def _checked(log: csv.Measurements) -> tuple[csv.Measurements, tuple[str, ...]]:
     table = log.only(~np.any([*unknown.values()], axis=0))
     faults = [*table.faults(table.numbers["speed"] < 0.0, "speed", "0 or above")]
     faults += table.faults(table.numbers["power"] <= 0.0, "power", "above 0")
-    refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out)])
+    refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out, *shares)])
     return table, tuple(left_out)

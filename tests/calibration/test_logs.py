@@ -184,7 +184,11 @@ def test_damaged_logs_raise_no_other_error(tmp_path: Path, name: str) -> None:
         (b"ULog\x01\x12\x35\x01" + bytes(8), "ULog of PX4|no battery_status"),
         (b"time(millisecond),speed(mph)\n0,1\n", "no column of the current"),
         (b"time(millisecond),current(A)\n0,0\n1,0\n2,0\n3,0", "has no current"),
-        (b"time(millisecond),current(A)\n0,x\n1,y\n", "has 0 samples|no current"),
+        (
+            b"time(millisecond),current(A)\n0,x\n1,y\n",
+            "has 0 samples; 2 of 2 lines are not read: 2 with",
+        ),
+        (b"time(millisecond),current(A)\n0,9\n1,9\n2,9\n3,9", "has no voltage: without it"),
     ],
 )
 def test_other_files_are_named(tmp_path: Path, content: bytes, words: str) -> None:
@@ -192,6 +196,15 @@ def test_other_files_are_named(tmp_path: Path, content: bytes, words: str) -> No
     file.write_bytes(content)
     with pytest.raises(InputError, match=words):
         optuav.fit_regimes(file)
+
+
+def test_a_log_without_steady_speeds_says_what_it_has(tmp_path: Path) -> None:
+    """Hovers only: the refusal has the share that is steady, and what is left out."""
+    log = flown()
+    keep = (log.time_s > 24.0) & (log.time_s < 64.0)
+    file = flights.airdata(tmp_path / "a.csv", Flown(*(column[keep] for column in log)))
+    with pytest.raises(InputError, match=r"there are 1; .*100 % of 40 s are steady"):
+        optuav.fit_rotary_wing(file)
 
 
 def test_a_record_of_dji_in_its_own_code_is_named(tmp_path: Path) -> None:
