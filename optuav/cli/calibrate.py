@@ -68,10 +68,10 @@ def calibrate(
             if not (old and new)
         )
         options["columns"] = {old: new.strip() for old, new in stated.values()}
-    faults = list[Fault]()
-    with collected(faults):
+    of_data = list[Fault]()
+    with collected(of_data):
         found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
-    refuse(by_flags(fault, {"columns": "--column"}) for fault in faults)
+    refuse(by_flags(fault, {"columns": "--column"}) for fault in of_data)
     if extends is not None:
         found = replace(found, extends=extends)
     hover = None if base is None or found.lag is None else _hover(found, base)
