@@ -227,8 +227,9 @@ def _of_px4(path: Path) -> tuple[Columns, int, list[str], list[str]]:
     wanted = ["battery_status", "vehicle_local_position", "vehicle_gps_position", "sensor_gps"]
     wanted += ["actuator_armed", "vehicle_land_detected"]
     try:
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-            log = ULog(str(path), wanted)
+        nowhere = io.StringIO()
+        with path.open("rb") as file, redirect_stdout(nowhere), redirect_stderr(nowhere):
+            log = ULog(file, wanted)
     except Exception:  # Damaged files raise errors of many kinds
         raise refusal(path, "is a ULog of PX4 that is damaged or cut off") from None
     warnings = ["is damaged; what could be read is used"] if log.file_corruption else []
@@ -310,7 +311,10 @@ def _of_ardupilot(path: Path) -> tuple[Columns, int, list[str], list[str]]:
         t, numbers = found["EV"]
         for key, (on, off) in EVENTS.items():
             if np.any(rows_of := np.isin(numbers, (on, off))):
-                states[key] = (t[rows_of], (numbers[rows_of] == on).astype(int))
+                values = (numbers[rows_of] == on).astype(int)
+                # Before its first change a state was the other one
+                before = np.append(-np.inf, t[rows_of]), np.append(1 - values[0], values)
+                states[key] = before
     warnings = ["has damaged parts, which are skipped"] if damaged.getvalue() else []
     return *_sampled(packs, velocity, states), warnings
 
@@ -376,9 +380,7 @@ def _sampled(
         if key in states:
             at_s, values = states[key]
             before = np.searchsorted(at_s, time_s, side="right") - 1
-            # Before its first change a state was the other one.
-            first_value = values[0] if len(values) and at_s[0] <= time_s[0] else 1 - values[0]
-            held[key] = np.where(before < 0, first_value, values[np.maximum(before, 0)])
+            held[key] = values[np.maximum(before, 0)]
     series = (time_s, current_A, first.voltage_V, speed_m_s, climb_m_s, first.charge)
     return Columns(*series, held["armed"], held["landed"]), count, notes
 

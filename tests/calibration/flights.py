@@ -52,16 +52,19 @@ def flown() -> Flown:
     return Flown(*np.array(rows).T)
 
 
-def ulog(file: Path, log: Flown, *, parts: int = 1) -> Path:
-    """A ULog that pyulog's writer wrote; of `parts` packs side by side that share the current."""
+def ulog(file: Path, log: Flown, *, parts: int = 1, states_from_s: float = 0.0) -> Path:
+    """A ULog that pyulog's writer wrote; of `parts` packs side by side that share the current.
+
+    States are in it from some time on.
+    """
     pyulog = pytest.importorskip("pyulog")
     raw = file.with_suffix(".raw")
-    raw.write_bytes(b"".join(_ulog(log, parts)))
+    raw.write_bytes(b"".join(_ulog(log, parts, states_from_s)))
     pyulog.ULog(str(raw)).write_ulog(str(file))
     return file
 
 
-def _ulog(log: Flown, parts: int) -> Iterator[bytes]:
+def _ulog(log: Flown, parts: int, states_from_s: float) -> Iterator[bytes]:
     """A file of ULog 1, by its specification."""
     layouts = {
         "battery_status": ("float voltage_v;float current_a;float remaining;", "<Qfff"),
@@ -88,6 +91,8 @@ def _ulog(log: Flown, parts: int) -> Iterator[bytes]:
             "vehicle_land_detected": (int(landed),),
         }
         for number, (name, _) in enumerate(numbers):
+            if layouts[name][1] == "<QB" and time_s < states_from_s:
+                continue
             body = struct.pack(layouts[name][1], 1_000_000 + round(1e6 * time_s), *rows[name])
             yield message(b"D", struct.pack("<H", number) + body)
 

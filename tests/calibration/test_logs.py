@@ -121,6 +121,15 @@ def test_the_current_tells_the_ground_where_no_state_does(tmp_path: Path) -> Non
     assert ground_s == pytest.approx(6.0, abs=0.5)
 
 
+def test_a_first_state_that_comes_late_held_before_in_px4(tmp_path: Path) -> None:
+    """PX4 repeats its states, so that the first one says nothing of a change."""
+    log = flown()
+    keep = (log.time_s > 24.0) & (log.time_s < 64.0)
+    file = flights.ulog(tmp_path / "a.ulg", Flown(*(c[keep] for c in log)), states_from_s=30.0)
+    found = optuav.fit_regimes(file)
+    assert set(found.logs[0].phase.tolist()) == {"hover"}
+
+
 def test_a_gap_is_left_out_with_its_neighbours(tmp_path: Path) -> None:
     """A log that stops for 10 s in a hover keeps its loads, and no sample stands for the gap."""
     log = flown()

@@ -143,6 +143,28 @@ def test_the_last_item_with_home_in_reach(tmp_path: Path) -> None:
     assert f"home is for the last time after item {last + 1}" in words(str(verdict))
 
 
+def test_a_roof_in_reach_and_one_behind_a_wall(tmp_path: Path) -> None:
+    """The nearest roof that a straight way leads to, where home is too far."""
+    boxes = {
+        "near": ([0.0, 2900.0, 20.0], [10.0, 10.0]),
+        "hidden": ([0.0, 3010.0, 10.0], [10.0, 10.0]),
+        "wall": ([0.0, 3000.0, 300.0], [200.0, 4.0]),
+    }
+    buildings = [
+        {"name": name, "position_m": at_m, "footprint_m": size_m}
+        for name, (at_m, size_m) in boxes.items()
+    ]
+    changes = {**TOWN, "buildings": buildings, "battery.packs": 1, "battery.capacity_As": 7000}
+    mission = optuav.load("relay-today").replace(changes)
+    north = pyproj.Geod(ellps="WGS84").fwd(13.4, 52.5, 0.0, 2990.0)[1]
+    away = item(16, 0, 0, 0, None, north, 13.4, 40)
+    verdict, _ = judged(plan(tmp_path, [SQUARE[0], away], hoverSpeed=15), mission)
+    rows = verdict.to_dict()["items"]
+    assert isinstance(rows, list)
+    assert (rows[0]["home"], rows[-1]["home"], rows[-1]["roof"]) == (True, False, "near")
+    assert "home is for the last time after item 1" in words(str(verdict))
+
+
 def test_wind_is_that_of_the_mission(tmp_path: Path) -> None:
     """Against the wind a leg takes more charge; the verdict states the wind."""
     file = plan(tmp_path, [SQUARE[0], SQUARE[1]])
