@@ -21,7 +21,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv
 from optuav.errors import Fault, InputError, decimal
 from optuav.mission.files import STANDARD, csv_rows, label, opened, refusal
-from optuav.mission.formats import Format, named
+from optuav.mission.formats import named
 from optuav.mission.messages import counted, nearest, shown
 
 LARGEST_LOG = 1_000_000_000  # bytes
@@ -158,18 +158,12 @@ def read(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
             raise _no_columns(path)
         return _finished(path, "DataFlash log of ArduPilot", *_of_ardupilot(path))
     if what := named(head):
-        raise refusal(
-            path, f"is {_advice(what)}; a log is a ULog (.ulg), a DataFlash (.bin) or a CSV"
-        )
+        advice = what.advice or "a log is a ULog (.ulg), a DataFlash (.bin) or a CSV"
+        raise refusal(path, f"is {what.name}; {advice}")
     if path.suffix.lower() == ".txt" and path.stem.startswith("DJIFlightRecord"):
         words = "is a record of DJI in its own code; AirData and other programs make a CSV of it"
         raise refusal(path, words)
     return _of_csv(path, columns)
-
-
-def _advice(what: Format) -> str:
-    """What a file is, without the commands of optuav that take it."""
-    return what.name if "optuav" in what.words else what.words
 
 
 def steady(log: FlightLog) -> tuple[csv.Measurements, Booleans]:

@@ -17,6 +17,12 @@ class Format(NamedTuple):
         """The words without the advice."""
         return self.words.partition(";")[0]
 
+    @property
+    def advice(self) -> str:
+        """What to do about it, if no command of optuav takes it; else empty."""
+        advice = self.words.partition("; ")[2]
+        return "" if "optuav" in advice else advice
+
 
 BINARY = (
     (0, b"SQLite format 3\0", "a GeoPackage or another SQLite database"),

@@ -47,10 +47,9 @@ def check_map(file: Path) -> None:
         if (ending := file.suffix.lower()) not in HEADS:
             with file.open("rb") as content:
                 what = named(content.read(FIRST))
-            if what:
-                words = what.name if "optuav" in what.words else what.words
-                raise refusal(file, f"is {words}: a map has one of the suffixes {known()}")
-            raise refusal(file, f"has none of the suffixes {known()}; {CONVERTS}")
+            is_known = f"is {what.name}, and " if what else ""
+            advice = (what.advice if what else "") or CONVERTS
+            raise refusal(file, f"{is_known}has none of the suffixes {known()}; {advice}")
         (at, start), beside = HEADS[ending], file.with_suffix(".shx")
         for part in [file, beside] if ending == ".shp" and beside.is_file() else [file]:
             with part.open("rb") as content:
