@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import optuav
-from optuav.calibration import Panel
+from optuav.calibration import FlightLog, Panel
 from optuav.diagnosis import Repair
 from optuav.diagnosis.key_prices import KeyPrice
 from optuav.diagnosis.parameter_prices import Price
@@ -66,6 +66,7 @@ RECORDS: list[Any] = [
         Check,
         Constraint,
         FlightEvent,
+        FlightLog,
         Explanation,
         Grade,
         Hovers,

@@ -117,6 +117,7 @@ DOORS: dict[str, Door] = {
     "plots.swept": Door(plots.swept, "swept"),
     "plots.distribution": Door(plots.distribution, "swept"),
     "plots.fit": Door(plots.fit, ""),
+    "plots.flight_log": Door(plots.flight_log, ""),
     "plots.bars": Door(lambda x: plots.bars(x, title="", y_label=""), ""),
     "plots.fleet_turns": Door(lambda x: plots.fleet_turns(x, title=""), ""),
     "plots.curves": Door(lambda x: plots.curves(x, title="", x_label="", y_label=""), ""),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.physics import bang_bang, rotor
+from optuav.physics import bang_bang, rotary_wing, rotor
 
 FOLDER = Path(__file__).parent
 MOTOR = rotor.Motor(3.8305e-6, 2.2518e-8, 0.04, 2e-4, 920.0, 0.2, 0.0, 1060.0)
@@ -50,6 +50,44 @@ def flight_log(folder: Path) -> None:
     )
 
 
+def airdata_log(folder: Path) -> None:
+    """Take off, hover and fly at seven speeds by turns, land; a sample a second, AirData's names.
+
+    The power is that of Zeng, Xu and Zhang (2019).
+    """
+    random = np.random.default_rng(3)
+    coefficients = rotary_wing.PowerCoefficients(79.86, 88.63, 4.03, 120.0, 0.0092)
+    course = [(8.0, 0.0, 0.0, False), (6.0, 0.0, 0.0, True), (8.0, 0.0, 3.0, True)]
+    for speed_m_s in (3.0, 6.0, 9.0, 12.0, 15.0, 18.0, 20.0):
+        course += [(20.0, 0.0, 0.0, True), (30.0, speed_m_s, 0.0, True)]
+    course += [(20.0, 0.0, 0.0, True), (12.0, 0.0, -2.0, True), (8.0, 0.0, 0.0, False)]
+    lines, now_s = [], 0.0
+    for number, (duration_s, cruise_m_s, climb_m_s, armed) in enumerate(course):
+        on_ground = number < 2 or number == len(course) - 1
+        for passed_s in np.arange(0.0, duration_s):
+            ramp_m_s = 3.0 * min(passed_s, duration_s - passed_s)
+            speed_m_s = abs(min(cruise_m_s, ramp_m_s) + 0.1 * random.standard_normal())
+            power_W = float(np.asarray(rotary_wing.power(coefficients, speed_m_s)))
+            power_W = (power_W + 15.0 * climb_m_s) * (1.0 + 0.03 * random.standard_normal())
+            power_W = 5.0 if not armed else 40.0 if on_ground else power_W
+            left = 1.0 - 0.0016 * now_s
+            voltage_V = 14.4 + 2.4 * left - 0.03 * power_W / 15.0
+            mph = (speed_m_s / 0.44704, -(climb_m_s + 0.05 * random.standard_normal()) / 0.44704)
+            figures = (
+                f"{1000 * now_s:.0f},{mph[0]:.2f},{mph[1]:.2f},{voltage_V:.3f},{100 * left:.0f}"
+            )
+            lines.append(f"{figures},{power_W / voltage_V:.2f},{armed},{on_ground}".lower())
+            now_s += 1.0
+    text = (
+        "# Synthetic log with the names of AirData. True: the power of Zeng, Xu and Zhang (2019):",
+        "# 79.86 W, 88.63 W, 4.03 m/s, 120 m/s, 0.0092 W s3/m3; no wind.",
+        "time(millisecond),speed(mph), zSpeed(mph),voltage(v),battery_percent,current(A),"
+        "isMotorOn,isOnGround",
+        *lines,
+    )
+    (folder / "airdata_log.csv").write_text("\n".join(text) + "\n", "utf-8")
+
+
 def bench(folder: Path) -> None:
     """One rotor of the mission `paper` at steady speeds, up and down."""
     random = np.random.default_rng(2)
@@ -86,6 +124,7 @@ def _write(path: Path, *lines: str) -> None:
 def make(folder: Path = FOLDER) -> None:
     """Write all files."""
     flight_log(folder)
+    airdata_log(folder)
     bench(folder)
 
 

@@ -2,10 +2,20 @@
 
 from optuav.calibration.fit import Fit, Panel, Value
 from optuav.calibration.kibam import fit_kibam
+from optuav.calibration.logs import FlightLog
 from optuav.calibration.regimes import fit_regimes
 from optuav.calibration.rotary_wing import fit_rotary_wing
 from optuav.calibration.rotor import fit_rotor
 from optuav.calibration.table import fit_table
 
-__all__ = ["Fit", "Panel", "Value", "fit_kibam", "fit_regimes", "fit_rotary_wing", "fit_rotor"]
+__all__ = [
+    "Fit",
+    "FlightLog",
+    "Panel",
+    "Value",
+    "fit_kibam",
+    "fit_regimes",
+    "fit_rotary_wing",
+    "fit_rotor",
+]
 __all__ += ["fit_table"]

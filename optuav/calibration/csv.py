@@ -4,10 +4,12 @@ A heading is a quantity and its unit, as in ``time_s,current_A``; lines that sta
 remarks. Numbers are returned in SI units.
 """
 
+import hashlib
 import math
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -247,22 +249,32 @@ def gaps(table: Measurements) -> Iterator[Fault]:
 
 
 def read_all(
-    files: object, formats: Sequence[Format], one: Callable[[Measurements], Read]
+    files: object,
+    formats: Sequence[Format],
+    one: Callable[[Measurements], Read],
+    log: Callable[[Path], Read | None] = lambda _: None,
 ) -> tuple[tuple[str, ...], list[Read]]:
     """The files' names, and each read with `one`; faults are refused at once, also a repeated file.
 
-    Files are a path or several.
+    Files are a path or several; those that are flight logs are read with `log`.
     """
-    paths, first = paths_of(files, "files"), dict[str, str]()
+    paths, first = paths_of(files, "files"), dict[object, str]()
     records, faults = list[Read](), list[Fault]()
     for path in paths:
         with collected(faults):
-            source, text = label(path), read_text(path, LARGEST_FILE)
-            records.append(one(read(text, source, formats)))
-            if text in first:
-                words = f"has the content of {first[text]}: name each measurement once"
+            source, record = label(path), log(path)
+            if record is None:
+                text = read_text(path, LARGEST_FILE)
+                content: object = text
+                record = one(read(text, source, formats))
+            else:
+                with path.open("rb") as file:
+                    content = hashlib.file_digest(file, "sha256").digest()
+            records.append(record)
+            if content in first:
+                words = f"has the content of {first[content]}: name each measurement once"
                 faults.append(Fault("", "", words, source))
-            first.setdefault(text, source)
+            first.setdefault(content, source)
     refuse(faults)
     return tuple(map(str, paths)), records
 

@@ -15,7 +15,7 @@ import math
 import os
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import chain, compress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -24,6 +24,7 @@ import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
+from optuav.calibration.logs import FlightLog
 from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission.forms import SCHEMA
@@ -180,6 +181,10 @@ class Fit(Presented):
     edge
         Batteries at the edge of the 95 % region, by dotted key, in all directions of capacity,
         share and lag. The hovers of their plans are, to about a percent, the interval of the hover.
+    notes
+        Sentences on what was read of flight logs, and what was left out.
+    logs
+        The flight logs of autopilots among the sources, each an `optuav.calibration.FlightLog`.
 
     Examples
     --------
@@ -203,6 +208,8 @@ class Fit(Presented):
     extends: str = "paper"
     lag: Value | None = None
     edge: tuple[Mapping[str, float], ...] = ()
+    notes: tuple[str, ...] = ()
+    logs: tuple[FlightLog, ...] = ()
 
     @property
     def rows(self) -> tuple[Value, ...]:
@@ -228,7 +235,7 @@ class Fit(Presented):
         return f"<Fit of {self.kind} to {self.data}: {keys}>"
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the values, table by table of the mission, then observations, and warnings."""
+        """Yield the values by table of the mission, then observations, notes and warnings."""
         yield Heading(f"{self.kind}: {self.data}", good=not self.warnings)
         tables = dict[str, list[tuple[str, str, str]]]()
         loose = dict[str, list[int]]()
@@ -247,11 +254,13 @@ class Fit(Presented):
         origins = [(value.key, value.origin) for value in self.rows]
         yield Fold("Where the values come from", [Table((), origins, words=2)], in_text=False)
         yield from (panel.block() for panel in self.panels)
-        yield Note([f"warning: {warning}" for warning in self.warnings])
+        yield Note([*self.notes, *(f"warning: {warning}" for warning in self.warnings)])
 
     def to_dict(self) -> dict[str, object]:
-        """Everything as plain data."""
-        return asdict(self)
+        """Everything but the flight logs as plain data."""
+        data = asdict(replace(self, logs=()))
+        del data["logs"]
+        return data
 
     def to_frame(self) -> DataFrame:
         """One row a value, and one for the lag of a battery; needs pandas.
@@ -277,6 +286,7 @@ class Fit(Presented):
         names = ", ".join(Path(source).name for source in self.sources)
         remarks = [f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."]
         remarks += [f"{SURE}: {self.lag_words}."] * bool(self.lag_words)
+        remarks += [f"{words}." for words in self.notes]
         remarks += [f"Warning: {words}" for words in self.warnings]
         lines = [*chain.from_iterable(map(_wrapped, remarks)), ""]
         lines += [_entry("schema", SCHEMA), _entry("extends", base)]

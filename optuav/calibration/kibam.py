@@ -25,7 +25,7 @@ References
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -34,6 +34,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv, fit
+from optuav.calibration import logs as logs_of
 from optuav.calibration.fit import (
     ConfidenceInterval,
     Estimate,
@@ -43,6 +44,7 @@ from optuav.calibration.fit import (
     finished,
     quantile,
 )
+from optuav.calibration.logs import FlightLog
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
@@ -133,7 +135,12 @@ class FittedWells(NamedTuple):
     edge: tuple[dict[str, float], ...]  # Batteries at the edge of the 95 % region
 
 
-def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = False) -> Fit:
+def fit_kibam(
+    files: str | Path | Iterable[str | Path],
+    *,
+    never_longer: bool = False,
+    columns: Mapping[str, str] | None = None,
+) -> Fit:
     r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
 
     The battery is the kinetic one, dy1/dt = I + k_F (y2/(1−ω) − y1/ω) and dy2/dt = −k_F (y2/(1−ω) −
@@ -148,10 +155,14 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
         (empty for a constant load), ``lifetime_s``, with a line for every piece of a load, in
         order. Or a record ``time_s,current_A`` of one discharge, from full, whose last line is the
         moment of cut-off. Currents are positive while discharging; other units go in the header,
-        as ``current_mA`` or ``lifetime_min``.
+        as ``current_mA`` or ``lifetime_min``. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``),
+        AirData or DJI (CSV), each of one discharge from full to cut-off.
     never_longer
         Whether the capacity is scaled down until no fitted lifetime is longer than measured, and by
         1 % more, for plans that shall be flown. Wells whose rate is unknown then settle in 30 s.
+    columns
+        For a CSV of another program: the column that each of its headings stands for, such as
+        ``{"Amps": "current_A"}``.
 
     Returns
     -------
@@ -183,7 +194,16 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
     ...     optuav.fit_kibam([file]).data
     '3 discharges of one full pack'
     """
-    sources, of_files = csv.read_all(files, FORMATS, _discharges)
+    flown = list[FlightLog]()
+
+    def read_log(path: Path) -> tuple[list[Discharge], list[str]] | None:
+        if log := logs_of.read(path, columns or {}):
+            flown.append(log)
+            discharges, doubts = _record(logs_of.discharge(log))
+            return discharges, [*log.warnings, *doubts]
+        return None
+
+    sources, of_files = csv.read_all(files, FORMATS, _discharges, read_log)
     discharges = [discharge for of_file, _ in of_files for discharge in of_file]
     doubts = [words for _, of_file in of_files for words in of_file]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
@@ -262,7 +282,9 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
     lasts_s = simulated(estimated.values, factor).tolist()
     panel = Panel("lifetime", "s", lifetimes_s.tolist(), lasts_s, names)
     values, said = tuple(fitted), tuple(warnings)
-    return finished(Fit("kibam", sources, data, values, (panel,), said, lag=lag, edge=edge))
+    notes = tuple(words for log in flown for words in (f"{log.source}: {log.format}", *log.notes))
+    found = Fit("kibam", sources, data, values, (panel,), said, lag=lag, edge=edge)
+    return finished(replace(found, notes=notes, logs=tuple(flown)))
 
 
 class SumOfSquares:

@@ -17,7 +17,8 @@ References
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,8 +27,11 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv, fit
+from optuav.calibration import logs as logs_of
 from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
+from optuav.calibration.logs import FlightLog
 from optuav.errors import Fault, InputError, refuse
+from optuav.mission.files import refusal
 from optuav.mission.messages import nearest
 from optuav.physics import bang_bang
 
@@ -65,7 +69,9 @@ class Samples(NamedTuple):
     log: Integers  # number of the log
 
 
-def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
+def fit_regimes(
+    files: str | Path | Iterable[str | Path], *, columns: Mapping[str, str] | None = None
+) -> Fit:
     r"""Find the loads of flight, hover, rest and charging, the acceleration and the speed cap.
 
     Parameters
@@ -74,7 +80,11 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
         Flight logs as CSV: ``time_s``, ``current_A`` (positive while discharging), ``voltage_V`` or
         ``power_W``, and ``phase`` (flight, hover, rest, charge or other), ``speed_m_s`` or both.
         Without phases a sample below a tenth of the usual current is rest, of the others one below
-        1 m/s is hover.
+        1 m/s is hover. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``), AirData or DJI (CSV), in
+        which hover and level flight are recognised, see `Fit.logs`.
+    columns
+        For a CSV of another program: the column that each of its headings stands for, such as
+        ``{"Amps": "current_A"}``.
 
     Returns
     -------
@@ -99,7 +109,15 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
     ...     optuav.fit_regimes([file]).changes["flight.hover_current_A"]
     20.5
     """
-    sources, records = csv.read_all(files, [LOG], _read_log)
+    flown = list[FlightLog]()
+
+    def read_log(path: Path) -> tuple[Samples, tuple[str, ...]] | None:
+        if log := logs_of.read(path, columns or {}):
+            flown.append(log)
+            return _samples_of(log)
+        return None
+
+    sources, records = csv.read_all(files, [LOG], _read_log, read_log)
     logs, doubts = zip(*records, strict=True)
     begins_s = np.cumsum([0.0, *(log.time_s[-1] for log in logs[:-1])])
     after = (
@@ -114,7 +132,8 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
         if np.sum(own := samples.phase == phase) >= ENOUGH
     }
     if not loads.keys() & {"flight", "hover"}:
-        words = f"at least {ENOUGH} samples of flight or of hover"
+        shares = "".join(f"; {words}" for log in flown for words in _notes(log))
+        words = f"at least {ENOUGH} samples of flight or of hover{shares}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))
     motion, panels, remarks = _motion(samples, legs)
@@ -146,7 +165,11 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
     data = f"{len(samples.time_s)} samples, {len(legs)} legs with speeds"
     warnings += [*remarks, *dict.fromkeys(itertools.chain(*doubts))]
     parts = (*motion, *values), (*courses, *panels), tuple(warnings)
-    found = Fit("regimes", sources, data, *parts, settings={"flight.model": "regimes"})
+    found = replace(
+        Fit("regimes", sources, data, *parts, settings={"flight.model": "regimes"}),
+        notes=tuple(itertools.chain.from_iterable(map(_notes, flown))),
+        logs=tuple(flown),
+    )
     return finished(found, "positive is discharge, a rest in the laser's light is charge")
 
 
@@ -207,6 +230,24 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     times = time_s[known], np.gradient(time_s)[known]
     samples = Samples(*times, current_A, power_W, speed_m_s, phase, np.zeros(len(phase), int))
     return samples, (*left_out, *table.doubts())
+
+
+def _samples_of(log: FlightLog) -> tuple[Samples, tuple[str, ...]]:
+    """The samples of a log of an autopilot, and doubts about it."""
+    columns = log.samples
+    if not np.isfinite(columns.voltage_V).any():
+        raise refusal(Path(log.source), logs_of.NO_VOLTAGE)
+    power_W = columns.current_A * columns.voltage_V
+    of = np.where(np.isfinite(power_W), log.phase, "other")
+    power_W = np.nan_to_num(power_W)
+    parts = columns.time_s, log.step_s, columns.current_A, power_W, columns.speed_m_s, of
+    return Samples(*parts, np.zeros(len(of), int)), log.warnings
+
+
+def _notes(log: FlightLog) -> Iterator[str]:
+    """Sentences on the part of a log that is used."""
+    yield from (f"{log.source}: {log.format}", *log.notes)
+    yield from log.shares(np.isin(log.phase, [*ORIGINS]), "are used")
 
 
 def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:

@@ -1,7 +1,7 @@
 """The power of a rotary wing over its air speed from steady level flight."""
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +9,9 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration import csv, separable
+from optuav.calibration import logs as logs_of
 from optuav.calibration.fit import Estimate, Fit, curve, finished
+from optuav.calibration.logs import FlightLog
 from optuav.errors import refuse
 from optuav.mission.messages import number
 from optuav.physics.rotary_wing import PowerCoefficients, power
@@ -31,9 +33,12 @@ FASTEST = (1.0, 60.0, "m/s")  # usual largest speeds of a log, by least and most
 INDUCED_SPEED = (1.0, 12.0, "m/s")  # usual ones
 DISC_AREA = (3e-3, 100.0, "m2")  # usual areas of all rotors
 AIR_KG_M3 = 1.225
+OVER_GROUND = "speeds of flight logs are over ground: fly in calm air, or there and back"
 
 
-def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
+def fit_rotary_wing(
+    files: str | Path | Iterable[str | Path], *, columns: Mapping[str, str] | None = None
+) -> Fit:
     r"""Find the coefficients of the power over air speed.
 
     Parameters
@@ -41,7 +46,12 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     files
         CSV files with ``speed_m_s`` (or ``speed_km_h``), the air speed in steady level flight, and
         ``power_W`` (or ``battery_power_W``, and in ``mW`` or ``kW``), which the battery delivers:
-        at least six speeds, hover (0) among them if known.
+        at least six speeds, hover (0) among them if known. Or logs of PX4 (``.ulg``), ArduPilot
+        (``.bin``), AirData or DJI (CSV), in which steady level flight is recognised, see
+        `Fit.logs`; its speeds are over ground.
+    columns
+        For a CSV of another program: the column that each of its headings stands for, such as
+        ``{"Amps": "current_A"}``.
 
     Returns
     -------
@@ -75,7 +85,19 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     >>> [value.key for value in fitted.values][2:4]
     ['flight.induced_speed_m_s', 'flight.tip_speed_m_s']
     """
-    sources, logs = csv.read_all(files, [LOG], _checked)
+    flown, notes = list[FlightLog](), list[str]()
+
+    def read_log(path: Path) -> tuple[csv.Measurements, tuple[str, ...]] | None:
+        if log := logs_of.read(path, columns or {}):
+            points, used = logs_of.steady(log)
+            flown.append(log)
+            shares = [*log.shares(used, "are steady")]
+            notes.extend((f"{log.source}: {log.format}", *log.notes, *shares))
+            table, left_out = _checked(points, shares)
+            return table, (*log.warnings, *left_out, OVER_GROUND)
+        return None
+
+    sources, logs = csv.read_all(files, [LOG], _checked, read_log)
     tables, left_out = zip(*logs, strict=True)
     parts = [(table.numbers["speed"], table.numbers["power"]) for table in tables]
     speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
@@ -86,7 +108,9 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     doubts = dict.fromkeys(itertools.chain(*left_out, of_columns, _doubts(estimated, speed)))
     data = f"{len(speed)} points of steady level flight"
     values = estimated.stated(f"fitted to {len(speed)} points")
-    found = Fit("rotary-wing", sources, data, values, (panel,), (*estimated.warnings, *doubts))
+    said = (*estimated.warnings, *doubts)
+    found = Fit("rotary-wing", sources, data, values, (panel,), said)
+    found = replace(found, notes=tuple(notes), logs=tuple(flown))
     if found.changes:  # otherwise the mission keeps its own
         found = replace(found, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
     return finished(replace(found, extends="relay-today"))
@@ -129,8 +153,10 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
         yield f"the tip speed that fits is {tip_m_s:.4g} m/s, {words}: it is no measurement"
 
 
-def _checked(log: csv.Measurements) -> tuple[csv.Measurements, tuple[str, ...]]:
-    """The lines of known values, and sentences on the others.
+def _checked(
+    log: csv.Measurements, shares: Sequence[str] = ()
+) -> tuple[csv.Measurements, tuple[str, ...]]:
+    """The lines of known values, and sentences on the others; the shares of a log say more.
 
     With enough different speeds, none below 0, and powers above 0.
     """
@@ -140,5 +166,5 @@ def _checked(log: csv.Measurements) -> tuple[csv.Measurements, tuple[str, ...]]:
     table = log.only(~np.any([*unknown.values()], axis=0))
     faults = [*table.faults(table.numbers["speed"] < 0.0, "speed", "0 or above")]
     faults += table.faults(table.numbers["power"] <= 0.0, "power", "above 0")
-    refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out)])
+    refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out, *shares)])
     return table, tuple(left_out)

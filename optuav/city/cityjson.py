@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -23,13 +22,12 @@ from optuav.city.columns import SOLID
 from optuav.city.outlines import mended
 from optuav.errors import Fault, InputError
 from optuav.mission.files import refusal
-from optuav.mission.maps import UNREADABLE, table
+from optuav.mission.maps import UNREADABLE, system_named, table
 from optuav.mission.messages import first_ten, shown
 
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 DEEPEST = 10  # Parts within parts
 BUILDING = re.compile(r"(\+.*)?Building(Part)?")  # Types of extensions begin with a plus sign
-CODES = re.compile(r"(?:EPSG\W+(?:(?:0|\d+(?:\.\d+)+)\W+)?|\+)(\d{4,6})(?!\d)")
 DEPTHS = {"MultiSurface": 0, "CompositeSurface": 0}
 DEPTHS |= {"Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
 """How deep surfaces lie in the boundaries of a geometry; other types have no surfaces."""
@@ -190,8 +188,7 @@ def _crs(document: dict[str, Any]) -> pyproj.CRS | None:
     name = (document.get("metadata") or {}).get("referenceSystem")
     if not name:
         return None
-    codes = CODES.findall(str(name))
-    if codes and str(name).endswith(codes[-1]):
-        with suppress(pyproj.exceptions.CRSError):
-            return pyproj.CRS.from_user_input(f"EPSG:{'+'.join(codes)}")
-    raise InputError([Fault("metadata.referenceSystem", shown(name), "a code of EPSG")])
+    system: pyproj.CRS | None = system_named(str(name))
+    if system is not None:
+        return system
+    raise InputError([Fault("metadata.referenceSystem", shown(name), "a code of EPSG or OGC")])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 import zipfile
 import zlib
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -20,16 +22,33 @@ import shapely
 
 from optuav.city.city import on_earth
 from optuav.city.cityjson import solids
+from optuav.city.osm import of_xml, plain
 from optuav.errors import Fault, InputError
 from optuav.mission.earth import DEGREES
-from optuav.mission.files import label, refusal, refusals
-from optuav.mission.maps import HEADS, LARGEST, LINES, TEXTS, check_map, document_of, features
+from optuav.mission.files import label, must_be_file, refusal, refusals
+from optuav.mission.formats import HEAD as FIRST
+from optuav.mission.formats import named
+from optuav.mission.maps import (
+    HEADS,
+    LARGEST,
+    LINES,
+    MOST_VALUES,
+    OSM,
+    PARQUET,
+    TEXTS,
+    UNREADABLE,
+    check_map,
+    document_of,
+    features,
+    system_named,
+)
 from optuav.mission.messages import first_ten, plural, shown
 
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 ZIPS = (".zip", ".shz")
 BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
-MAPS = (*HEADS, *TEXTS, *LINES)
+MAPS = (*HEADS, *OSM, *PARQUET, *TEXTS, *LINES)
+WHY = "where the reference system comes from"
 UNDEFINED = ("Undefined Cartesian SRS", "Undefined geographic SRS")  # By GeoPackage, none
 AREAS_OF_TAGS = Path(__file__).with_name("osm.ini")  # Closed ways that GDAL takes for areas
 
@@ -49,6 +68,10 @@ def features_of(file: Path, layer: str | None, bbox: Any) -> tuple[Any, tuple[st
             words = "GeoJSON and CityJSON have no layers; leave it out"
             raise InputError([Fault("layer", shown(layer), words, label(file))])
         return _of_json(document_of(file), file)
+    if ending in OSM:
+        return _of_openstreetmap(of_xml(file), file, layer)
+    if ending in PARQUET:
+        return _of_parquet(file, layer, bbox), ()
     check_map(file)
     try:
         # GDAL warns of rings that are mended or listed, and of foreign columns.
@@ -67,17 +90,75 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
         return solids(parts, file)
     if head.get("type") == "CityJSONFeature":
         raise refusal(file, "is CityJSONSeq without its first line, which states the scale")
-    if "elements" in whole:
-        words = (
-            "export GeoJSON from overpass turbo, or convert it by osmtogeojson (with `out geom`)"
-        )
-        raise refusal(file, f"is Overpass JSON, which optuav does not read: {words}")
+    if isinstance(whole.get("elements"), list):
+        return _of_openstreetmap(whole["elements"], file, None)
+    what = named(json.dumps(document)[:FIRST].encode())
+    if what and "features" not in whole and "GeoJSON" not in what.words:
+        raise refusal(file, f"is {what.words}")
     frame = features(document, file)
     west, south, east, north = ends = frame.total_bounds.tolist()
     on_map = np.isnan(ends).any() or (on_earth((west, south)) and on_earth((east, north)))
     if "crs" not in whole and not on_map:  # GeoJSON without a system should be in degrees
         frame = frame.set_crs(None, allow_override=True)
+    if "crs" not in whole:
+        frame.attrs[WHY] = "is GeoJSON that states no system, so it is in"
     return frame, ()
+
+
+def _of_openstreetmap(
+    elements: Iterable[Any], file: Path, layer: str | None
+) -> tuple[Any, tuple[str, ...]]:
+    """The areas of elements, assembled by GDAL, and remarks on those without geometry."""
+    text, remarks = plain(elements, file)
+    with TemporaryDirectory() as folder:
+        (written := Path(folder, f"{file.stem}.osm")).write_text(text, "utf-8")
+        try:
+            with warnings.catch_warnings(action="ignore"):
+                frame = _layer(written, layer, None)
+                # A way and a relation may have one number.
+                return frame if frame.index.is_unique else frame.reset_index(drop=True), remarks
+        except InputError as error:
+            raise InputError(replace(each, source=label(file)) for each in error.faults) from None
+        except (RuntimeError, shapely.errors.ShapelyError):
+            raise refusal(file, "cannot be read as OpenStreetMap") from None
+
+
+def _of_parquet(file: Path, layer: str | None, bbox: Any) -> Any:
+    """The features of GeoParquet, without columns that hold lists or records."""
+    import pyarrow
+    from pyarrow import parquet
+
+    if layer is not None:
+        words = "GeoParquet has no layers; leave it out"
+        raise InputError([Fault("layer", shown(layer), words, label(file))])
+    with refusals(file, "read"):
+        must_be_file(file)
+        with file.open("rb") as content:
+            head = content.read(FIRST)
+    if not head.startswith(b"PAR1"):
+        what = named(head)
+        raise refusal(file, f"is {what.words if what else 'damaged, or no Parquet file'}")
+    try:
+        schema, rows = parquet.read_schema(file), parquet.read_metadata(file).num_rows
+    except (pyarrow.ArrowException, OSError):
+        raise refusal(file, "is a Parquet file that is damaged or cut off") from None
+    if (stated := (schema.metadata or {}).get(b"geo")) is None:
+        raise refusal(file, "is a Parquet file without the metadata of GeoParquet")
+    try:
+        geo = json.loads(stated)
+        first = geo["columns"][geo["primary_column"]]
+        own = [each.name for each in schema if not pyarrow.types.is_nested(each.type)]
+        if geo["primary_column"] not in own:
+            own.append(geo["primary_column"])
+        if len(own) * rows > MOST_VALUES:
+            raise refusal(file, f"has a table of more than {MOST_VALUES} cells")
+        crs = first.get("crs", "OGC:CRS84")
+        ours = crs is not None and pyproj.CRS.from_user_input(crs).is_geographic
+        within = bbox if ours and "bbox" in first.get("covering", ()) else None
+        frame = geopandas.read_parquet(file, columns=own, bbox=within)
+    except (pyarrow.ArrowException, OSError, *UNREADABLE, shapely.errors.ShapelyError):
+        raise refusal(file, "is not GeoParquet that geopandas reads") from None
+    return frame if frame.index.is_unique else frame.reset_index(drop=True)
 
 
 def own(frame: Any, file: Path, layer: object) -> Any:
@@ -125,7 +206,7 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
         words = f"a layer with polygons: {first_ten(areas)}" if areas else "no layer has polygons"
         raise InputError([Fault("layer", shown(layer), words, label(file))])
     around, reading = None, {"layer": layer}
-    if file.suffix.lower() == ".pbf":
+    if file.suffix.lower() in (".pbf", *OSM):
         reading["CONFIG_FILE"] = str(AREAS_OF_TAGS)
     facts = pyogrio.read_info(file, **reading)
     if bbox is not None and (own := system_of(facts["crs"])):
@@ -143,20 +224,36 @@ def placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
     """The features in the reference system of their file, or else in the one that is stated."""
     if frame.crs is not None and frame.crs.name in UNDEFINED:
         frame = frame.set_crs(None, allow_override=True)
+    if frame.crs is not None and not _is_of_maps(frame.crs):
+        if stated is None:
+            words = f"states {shown(frame.crs.name)}, which is not a system of maps"
+            raise refusal(file, f"{words}; state it as crs")
+        frame = frame.set_crs(None, allow_override=True)
     if stated is None and frame.crs is None:
         raise refusal(file, "states no coordinate reference system; state it as crs")
-    if stated is None and not _is_of_maps(frame.crs):
-        raise refusal(file, f"states {shown(frame.crs.name)}, which is not a system of maps")
-    if stated is not None and frame.crs not in (None, stated):
-        words = f"{label(file)} states {frame.crs.to_string()}"
+    if stated is None or _same(frame.crs, stated):
+        return frame
+    if frame.crs is not None:
+        words = f"{label(file)} {frame.attrs.get(WHY, 'states')} {frame.crs.to_string()}"
         raise InputError([Fault("crs", shown(stated.to_string()), words)])
-    return frame if stated is None else frame.set_crs(stated)
+    return frame.set_crs(stated)
+
+
+def _same(own: pyproj.CRS | None, stated: pyproj.CRS) -> bool:
+    """Return whether two systems differ in the order of their axes at most."""
+    if own is None:
+        return False
+    degrees = ("EPSG:4326", "OGC:CRS84")
+    return own.equals(stated, ignore_axis_order=True) or (
+        own.to_string() in degrees and stated.to_string() in degrees
+    )
 
 
 def system_of(stated: object) -> pyproj.CRS | None:
     """A reference system of maps; None if pyproj knows none like that."""
     with suppress(pyproj.exceptions.CRSError):
-        crs = pyproj.CRS.from_user_input(stated)
+        crs = system_named(stated) if isinstance(stated, str) else None
+        crs = crs or pyproj.CRS.from_user_input(stated)
         return crs if _is_of_maps(crs) else None
     return None
 

@@ -57,16 +57,17 @@ def read(
     Parameters
     ----------
     path
-        A GeoPackage, GeoJSON (one document, or one feature a line), shapefile, FlatGeobuf or
-        OpenStreetMap's .osm.pbf; or CityJSON (one document, or a sequence), whose solids count by
-        their outline from above and their height over the lowest corner of the building that they
-        are a part of; or a zip with one of them. Nothing else is opened, and no address. Or a
-        GeoDataFrame.
+        A GeoPackage, GeoParquet, GeoJSON (one document, or one feature a line), shapefile,
+        FlatGeobuf, or OpenStreetMap's .osm.pbf, .osm or Overpass JSON with geometry; or CityJSON
+        (one document, or a sequence), whose solids count by their outline from above and their
+        height over the lowest corner of the building that they are a part of; or a zip with one of
+        them. Nothing else is opened, and no address. Or a GeoDataFrame.
     layer
         The layer with the buildings; by default the only one with polygons, or the one of them that
         is named after buildings.
     crs
-        Coordinate reference system of a file that states none, for example ``"EPSG:25832"``.
+        Coordinate reference system of a file that states none, for example ``"EPSG:25832"``; with
+        a second code for heights perhaps, as in ``"EPSG:25832+7837"``.
     height
         Column, or tag of OpenStreetMap, with the height of the roof over ground, as a number or a
         text such as ``12 m``, ``40 ft`` or ``11'4"``; by default ``height``. If it is left out,

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from optuav.cli.options import by_flags
 from optuav.cli.output import check_places, command, deliver
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, collected, refuse, shown
 from optuav.presentation.blocks import Note
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from optuav.calibration import Fit
     from optuav.mission import Mission
 
+OF_LOGS = ("kibam", "regimes", "rotary-wing")
+"""Kinds that read flight logs."""
 Kind = Literal["kibam", "regimes", "rotor", "rotary-wing", "table"]
 
 
@@ -24,6 +27,7 @@ def calibrate(
     files: list[Path],
     extends: str | None = None,
     never_longer: bool = False,
+    column: list[str] | None = None,
     as_json: bool = False,
     save: Path | None = None,
     plot: Path | None = None,
@@ -41,12 +45,24 @@ def calibrate(
     check_places(save, plot, ".toml", "")
     from optuav import calibration
 
-    options = {"never_longer": True} if never_longer else {}
+    options: dict[str, Any] = {"never_longer": True} if never_longer else {}
+    if column and kind not in OF_LOGS:
+        words = f"requires KIND {', '.join(OF_LOGS[:-1])} or {OF_LOGS[-1]}, not {kind}"
+        faults.append(Fault("--column", "", words))
+    elif column:
+        stated = {each: each.rpartition("=")[::2] for each in column}
+        faults += [
+            Fault("--column", shown(each), "OLD=NEW: a heading of the file, and what it stands for")
+            for each, (old, new) in stated.items()
+            if not (old and new)
+        ]
+        options["columns"] = {old: new.strip() for old, new in stated.values()}
+    of_data = list[Fault]()
     with collected(faults):
         base = None if extends is None else load(extends)
-    with collected(faults):
+    with collected(of_data):
         found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
-    refuse(faults)
+    refuse([*faults, *(by_flags(fault, {"columns": "--column"}) for fault in of_data)])
     if extends is not None:
         found = replace(found, extends=extends)
     hover = None if base is None or found.lag is None else _hover(found, base)
@@ -66,7 +82,11 @@ def calibrate(
     if plot is not None and found.panels:
         from optuav import plots
 
-        written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
+        pictures = [("fit.png", plots.fit(found)[0].values)]
+        for number, log in enumerate(found.logs, start=1):
+            name = f"log-{number}.png" if len(found.logs) > 1 else "log.png"
+            pictures.append((name, plots.flight_log(log)[0]))
+        written += plots.save_figures(pictures, plot)
     notes, hint = list[str](), ""
     if isinstance(hover, str):
         notes.append(f"{extends} with these values: {hover}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, is_plan
+from optuav.cli.options import ProblemOptions, SolveOptions, by_flags, is_plan
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.options import Perspective
@@ -143,13 +143,18 @@ def explain(
     _leave(explained.plan)
 
 
-def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
+def audit(
+    plan: str, drone: str | None = None, as_json: bool = False, plot: Path | None = None
+) -> None:
     """Simulate a plan from its mission, and say whether it can be flown.
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
     check_places(plot, None, ".png", file_only="--plot")
-    judged = optuav.audit(plan)
+    faults = list[Fault]()
+    with collected(faults):
+        judged = optuav.audit(plan, drone)
+    refuse(by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission") for fault in faults)
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:
         from optuav import plots

@@ -1,22 +1,29 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
+from optuav.errors import Fault, InputError
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
+from optuav.judge.flight_plan import FlightPlan, Reached, is_flight, reached, read_flight
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import Itinerary
+from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
-from optuav.presentation.blocks import Block, Facts, Heading
+from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
+from optuav.presentation.numbers import percent
+
+MOST_SHOWN = 20  # Largest number of items that are printed one by one
 
 
 @dataclass(frozen=True)
@@ -63,6 +70,7 @@ class Audit(Judged):
         yield Heading(f"{self.verdict}: {self.source}", good=self.flyable)
         if self.replay:
             yield from self.replay.flight_blocks()
+        yield from _items(self)
         yield from self.event_blocks()
         capacity_As = float(self.subject.mission.pool.capacity_As)
         share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
@@ -83,10 +91,23 @@ class Audit(Judged):
             **(self.replay.times_s if self.replay else {}),
             "soc": dict(self.replay.soc) if self.replay else {},
             "events": [asdict(event) for event in self.events],
+            **self._flight(),
         }
 
+    def _flight(self) -> dict[str, object]:
+        """Items, margin and notes of a flight plan; nothing for other plans."""
+        if not isinstance(self.subject, FlightPlan):
+            return {}
+        along = _along(self)
+        margin = along[-1].charge - self.subject.mission.limits.min_soc if along else None
+        items = [row._asdict() for row in along]
+        return {"items": items, "margin": margin, "notes": [*self.subject.notes]}
 
-def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
+
+def audit(
+    plan: Plan | Itinerary | Mapping[str, object] | str | Path,
+    mission: Mission | str | Path | None = None,
+) -> Audit:
     """Judge a plan by simulating it from its mission, see `optuav.replay`.
 
     Whether the plan is the best is not judged; of ``slot_s`` only that every stay is whole slots.
@@ -96,7 +117,10 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     plan
         A plan, an itinerary, or a file: a saved plan in JSON, whose figures are compared with the
         simulation, or an itinerary in TOML or JSON, which states ``schema = 1``, the ``mission``
-        and its ``[[stops]]``. A dict with the content of such a file does as well.
+        and its ``[[stops]]``. A dict with the content of such a file does as well. Or a flight plan
+        of a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
+    mission
+        Only with a flight plan: the drone that flies it, its battery and limits, and the wind.
 
     Returns
     -------
@@ -118,7 +142,18 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     >>> print(str(verdict).splitlines()[2])
     Times        mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
-    source, subject, data = read(plan)
+    subject: Plan | Itinerary
+    data: Mapping[str, Any] = {}
+    if mission is not None:
+        if not isinstance(plan, str | Path) or Path(plan).suffix.lower() in ("", ".json", ".toml"):
+            words = "goes with a flight plan only: a .plan, .waypoints or .kml, or QGC WPL text"
+            raise InputError([Fault("mission", shown(mission), words)])
+        source, subject = read_flight(plan, mission)
+    elif is_flight(plan):
+        words = "is a flight plan: state the drone that flies it by mission, such as relay-today"
+        raise InputError([Fault("", "", words, str(plan))])
+    else:
+        source, subject, data = read(plan)
     if isinstance(subject, Plan) and not subject:
         why = "; ".join(subject.reasons) or subject.proof
         words = f"there is no plan ({subject.status.value}): {why}"
@@ -133,6 +168,62 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
         for name in (key for key in DERIVED if key in data and key != "warnings"):
             events += _contradictions(name, data[name], follows[name], replayed.mission_time_s)
     return Audit(source, subject, replayed, tuple(events))
+
+
+def _along(judged: Audit) -> tuple[Reached, ...]:
+    """The items of a flight plan, with what is in reach after each; empty for other plans."""
+    subject, replayed = judged.subject, judged.replay
+    if not isinstance(subject, FlightPlan) or replayed is None or replayed.course is None:
+        return ()
+    return reached(subject, replayed.phases, replayed.course)
+
+
+def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]]:
+    """The margin of a flight plan, and the last items from which places are in reach."""
+    mission, least = judged.subject.mission, min(row.available for row in along)
+    left, reserve = along[-1].charge, mission.limits.min_soc
+    words = f"{percent(left)} of the charge left, {percent(abs(left - reserve))}"
+    side = "above" if left >= reserve else "below"
+    yield "Margin", f"{words} {side} the reserve; available well at least {percent(least)} full"
+    speed_m_s = math.hypot(*mission.wind.velocity_m_s)
+    yield "Wind", f"{speed_m_s:g} m/s" + ("" if speed_m_s else ", none is stated")
+    if along[0].home is None:
+        return
+    for place, rows in (
+        ("home", [row for row in along if row.home]),
+        ("a roof", [row for row in along if row.roof]),
+    ):
+        if place == "a roof" and not len(mission.buildings.names):
+            continue
+        if len(rows) == len(along):
+            yield "In reach", f"{place} is, straight on, after every item"
+        elif rows:
+            which = f" ({rows[-1].roof})" if place == "a roof" else ""
+            at = f"after {rows[-1].item}, at {rows[-1].end_s:.0f} s"
+            yield "In reach", f"{place}{which} is for the last time {at}"
+        else:
+            yield "In reach", f"{place} is after no item"
+
+
+def _items(judged: Audit) -> Iterator[Block]:
+    """The items of a flight plan as a table, and what is not flown as it says."""
+    if not (along := _along(judged)):
+        return
+    assert isinstance(judged.subject, FlightPlan)
+    yield Facts([*_margin(judged, along)])
+    heads = ("item", "what", "until s", "charge %", "available %", "home", "roof")
+    rows = list[list[str]]()
+    shown_rows = [*along[:MOST_SHOWN], along[-1]] if len(along) > MOST_SHOWN + 1 else along
+    for row in shown_rows:
+        home = "?" if row.home is None else "yes" if row.home else "no"
+        shares = (f"{100 * share:.1f}" for share in (row.charge, row.available))
+        rows.append([row.item, row.what, f"{row.end_s:.1f}", *shares, home, row.roof or "–"])
+    left_out = len(along) - len(shown_rows)
+    below = [f"and {left_out} more before the last"] if left_out else []
+    yield Table(heads, rows, words=2, last=2, longest=30, below=below)
+    if judged.subject.notes:
+        yield Heading("Not as the plan says")
+        yield Note([*judged.subject.notes])
 
 
 def _contradictions(

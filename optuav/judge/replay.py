@@ -17,6 +17,7 @@ from optuav.flight.model import CruisingModel
 from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
+from optuav.judge.flight_plan import FlightPlan
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places, segments
 from optuav.mission import Mission
@@ -44,6 +45,9 @@ MOST_SHOWN = 20  # Events under one heading that are shown one by one
 CAP = "max_speed_m_s"  # Key of [flight], an air speed where there is wind
 
 BELOW_RESERVE = "below reserve"  # Kind of the remark that a landing leaves less than η0
+
+OF_A_RELAY = ("altitude", "coverage", "no sight")
+"""Kinds of events at hovers that have a meaning for the relay of a device only."""
 
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
@@ -247,6 +251,8 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
         refuse_contradictions(plan, data, source)
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
+    names = {} if isinstance(plan, Plan) else plan.names()
+    at = {key: place._replace(name=names.get(key, place.name)) for key, place in at.items()}
     events = list[FlightEvent]()
     if why := mission.flight_model.impossible():
         events.append(FlightEvent("impossible", 0.0, f"the UAV cannot fly: {why}"))
@@ -265,7 +271,13 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     levels = soc(mission, flown, np.array([flown[-1].end_s]), shares[-1:])
     left = {name: float(level[0]) for name, level in levels.items()}
     events = [*course.events, *_broken_limits(mission, flown)]
-    events += _reserve(mission, flown, shares.tolist())
+    if isinstance(plan, FlightPlan):  # It flies for no device
+        events = [e for e in events if e.kind not in OF_A_RELAY]
+    reserve = [*_reserve(mission, flown, shares.tolist())]
+    if isinstance(plan, FlightPlan):  # Its waypoints are no landings
+        landings_s = {flown[-1].end_s, *(p.start_s for p in flown if p.kind == "rest")}
+        reserve = [event for event in reserve if event.time_s in landings_s]
+    events += reserve
     if isinstance(plan, Plan):
         figures, broken = _figures(plan, flown, course, left), any(e.violation for e in events)
         events += _mismatches(plan, figures, broken)

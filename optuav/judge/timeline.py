@@ -75,6 +75,21 @@ class Itinerary:
         stops = [*map(_stated, self.stops)]
         return {"schema": SCHEMA, "mission": self.mission.to_dict(), "stops": stops}
 
+    def moves(self) -> Iterator["Move"]:
+        """Yield the flights between the stops, and the stays, in order."""
+        here: str | Point = "origin"
+        for stop in self.stops:
+            if stop.at != here:
+                yield Move("flight", here, stop.at)
+            yield Move(stop.kind, stop.at, stop.at, stop.duration_s)
+            here = stop.at
+        if here != "destination":
+            yield Move("flight", here, "destination")
+
+    def names(self) -> dict[str | Point, str]:
+        """Names of points, if they have some."""
+        return {}
+
 
 def _stated(stop: Stop) -> dict[str, Any]:
     """The keys of a stop with their values."""
@@ -142,14 +157,7 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
             edited = phase if phase.edited else None
             yield Move(*stay, edited, phase.waypoints_m, phase.speeds_m_s)
         return
-    here: str | Point = "origin"
-    for stop in subject.stops:
-        if stop.at != here:
-            yield Move("flight", here, stop.at)
-        yield Move(stop.kind, stop.at, stop.at, stop.duration_s)
-        here = stop.at
-    if here != "destination":
-        yield Move("flight", here, "destination")
+    yield from subject.moves()
 
 
 class Place(NamedTuple):

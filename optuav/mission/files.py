@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from optuav.errors import LONGEST_NAME, Fault, InputError, printable, safe_name
+from optuav.mission.formats import named
 
 LARGEST_TOML = 2_000_000  # bytes
 MOST_PARTS = 8  # In a dotted key: the time and memory of tomllib grow with the square of the parts
@@ -99,6 +100,8 @@ def read_text(path: Path, limit: int, *, hint: str = "", own: bool = False) -> s
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         words = f"is not text in UTF-8: byte 0x{error.object[error.start]:02x} at {error.start}"
+        if what := named(content):
+            words = f"is not text in UTF-8 but {what.words}"
         raise refusal(path, words) from None
 
 
@@ -167,6 +170,8 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
             words = f"is not TOML: {_error_words(error)}"
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan; optuav show and optuav audit take it"
+            elif what := named(text.encode()):
+                words = f"is {what.words}"
         else:
             tables = [table for table in document.values() if isinstance(table, dict)]
             if max(map(len, [document, *tables])) <= MOST_KEYS:
@@ -196,6 +201,8 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
                 words = "is a mission, not a saved plan; optuav solve and validate take it"
                 if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
                     words = "is an itinerary, not a saved plan; optuav audit takes it"
+            elif text[:1] not in ("{", "[") and (what := named(text.encode())):
+                words = f"is {what.words}"
     raise InputError([Fault("", "", words, source)])
 
 
@@ -237,8 +244,11 @@ def _error_words(error: ValueError) -> str:
     return f"{where}: {words}"
 
 
-def csv_rows(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
-    """The lines of a CSV text by number, without those that are blank or begin with ``#``."""
+def csv_rows(text: str, source: str, mark: str = ",") -> Iterator[tuple[int, list[str]]]:
+    """The lines of a CSV text by number, without those that are blank or begin with ``#``.
+
+    A mark stands between the cells.
+    """
     import csv
 
     for number, line in enumerate(io.StringIO(text, newline=None), start=1):
@@ -247,8 +257,9 @@ def csv_rows(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
         if len(line) > LONGEST_LINE:
             words = f"has more than {LONGEST_LINE} characters"
             raise InputError([Fault("", "", words, f"{source}, line {number}")])
-        if line.strip(" ,\t\n") and not line.startswith("#"):
-            yield number, [cell.strip() for cell in next(csv.reader([line.rstrip("\n")]))]
+        if line.strip(f" {mark}\t\n") and not line.startswith("#"):
+            cells = next(csv.reader([line.rstrip("\n")], delimiter=mark))
+            yield number, [cell.strip() for cell in cells]
 
 
 def check_place(path: Path, content: bytes | None = None) -> None:

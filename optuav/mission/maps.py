@@ -15,6 +15,8 @@ from typing import Any
 
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, must_be_file, parse_json, read_text, refusal, refusals
+from optuav.mission.formats import HEAD as FIRST
+from optuav.mission.formats import named
 from optuav.mission.messages import shown
 
 HEADS = {
@@ -27,10 +29,13 @@ HEADS = {
 HEAD = 100  # Bytes that every such file has
 TEXT_ENDS = 16  # They have a zero up to this byte, where drivers of text formats stop reading
 TEXTS, LINES = (".geojson", ".json", ".cityjson"), (".geojsonl", ".geojsons", ".ndjson", ".jsonl")
+PARQUET, OSM = (".parquet", ".geoparquet"), (".osm",)
 CONVERTS = "ogr2ogr, which comes with GDAL, converts other maps: ogr2ogr town.gpkg FILE"
 LARGEST = 500_000_000  # bytes of text, and of the content of a zip
 MOST_VALUES = 100_000_000
-CODE = re.compile(r"[\w:./#-]{1,200}")  # Not the code of a projection, whose grids are files
+CODE = re.compile(r"[\w:./#,+-]{1,200}")  # Not the code of a projection, whose grids are files
+SEVERAL = re.compile(r"\x1e|\{[^\n]*\}[ \r]*\n\s*\{")  # Objects of JSON, one a line
+CODES = re.compile(r"(?:EPSG\W+(?:(?:0|\d+(?:\.\d+)+)\W+)?|\+)(\d{4,6})(?!\d)")
 NAMED = {"properties": {"name": "EPSG:4326"}}  # Default of a GeoJSON without a reference system
 UNREADABLE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
@@ -40,14 +45,19 @@ def check_map(file: Path) -> None:
     with refusals(file, "read"):
         must_be_file(file)
         if (ending := file.suffix.lower()) not in HEADS:
-            known = ", ".join((*HEADS, *TEXTS, *LINES, ".zip"))
-            raise refusal(file, f"has none of the suffixes {known}; {CONVERTS}")
+            with file.open("rb") as content:
+                what = named(content.read(FIRST))
+            is_known = f"is {what.name}, and " if what else ""
+            advice = (what.advice if what else "") or CONVERTS
+            raise refusal(file, f"{is_known}has none of the suffixes {known()}; {advice}")
         (at, start), beside = HEADS[ending], file.with_suffix(".shx")
         for part in [file, beside] if ending == ".shp" and beside.is_file() else [file]:
             with part.open("rb") as content:
                 head, size = content.read(HEAD), part.stat().st_size
             whole = len(head) == HEAD and 0 in head[:TEXT_ENDS]
             if not (whole and head[at:].startswith(start)):
+                if (what := named(head)) and not head[at:].startswith(start):
+                    raise refusal(part, f"is no {part.suffix} file but {what.name}")
                 raise refusal(part, f"is damaged, or no {part.suffix} file")
             if ending == ".shp" and size < (stated := 2 * int.from_bytes(head[24:28])):
                 raise refusal(part, f"is cut off: it has {size} of {stated} bytes")
@@ -59,10 +69,15 @@ def check_map(file: Path) -> None:
                 raise refusal(part, f"is cut off: it has {size} of {stated} bytes")
 
 
+def known() -> str:
+    """The suffixes of maps."""
+    return ", ".join((*HEADS, *OSM, *PARQUET, *TEXTS, *LINES, ".zip"))
+
+
 def document_of(file: Path) -> Any:
     """The JSON of a map; lines of features as one collection of them."""
     text = read_text(file, LARGEST)
-    if file.suffix.lower() not in LINES:
+    if file.suffix.lower() not in LINES and not SEVERAL.match(text):
         return parse_json(text, label(file), MOST_VALUES)
     lines = text.split("\x1e" if text.startswith("\x1e") else "\n")
     joined = ",\n".join(line for line in lines if line.strip())
@@ -115,14 +130,30 @@ def _shape(geometry: Any) -> Any:
 
 def _crs(document: dict[str, Any], file: Path) -> Any:
     """The reference system of a GeoJSON document; None if it states null."""
-    import pyproj
-
     if (stated := document.get("crs", NAMED)) is None:
         return None
     name = stated.get("type") if isinstance(stated, dict) else stated
-    with suppress(LookupError, TypeError, pyproj.exceptions.CRSError):
-        if CODE.fullmatch(name := stated["properties"]["name"]):
-            return pyproj.CRS.from_user_input(name)
+    with suppress(LookupError, TypeError):
+        if system := system_named(name := stated["properties"]["name"]):
+            return system
     words = 'not a reference system that pyproj knows, by its name as in {"type": "name", '
     words += '"properties": {"name": "EPSG:25832"}}; correct it in the file'
     raise InputError([Fault("the file's crs", shown(name), words, label(file))])
+
+
+def system_named(name: str) -> Any:
+    """The reference system of a name, with a second code for heights perhaps; None if unknown.
+
+    By an authority (``EPSG:25832``, ``OGC:CRS84h``, a URN or address of them), or by two codes
+    (``EPSG:25832+7837``, ``urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::7837``, a ``crs-compound``).
+    """
+    import pyproj
+
+    with suppress(pyproj.exceptions.CRSError):
+        if CODE.fullmatch(name):
+            return pyproj.CRS.from_user_input(name)
+    codes = CODES.findall(name)
+    with suppress(pyproj.exceptions.CRSError):
+        if codes and name.endswith(codes[-1]):
+            return pyproj.CRS.from_user_input(f"EPSG:{'+'.join(codes)}")
+    return None

@@ -11,7 +11,7 @@ from optuav.errors import require
 require("matplotlib", "pictures")
 
 from optuav.plots.animation import save_animation
-from optuav.plots.calibrations import FitAxes, fit
+from optuav.plots.calibrations import FitAxes, fit, flight_log
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.distribution import distribution
@@ -24,7 +24,16 @@ from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "Turn"]
-__all__ += ["bars", "curves", "distribution", "fit", "fleet_turns", "hover_map", "leg"]
+__all__ += [
+    "bars",
+    "curves",
+    "distribution",
+    "fit",
+    "fleet_turns",
+    "flight_log",
+    "hover_map",
+    "leg",
+]
 __all__ += ["mission_map", "packs", "plane", "profile", "save", "save_animation", "save_figures"]
 __all__ += ["save_pictures", "sites", "swept", "trajectories", "wells"]
 __dir__ = __all__.copy

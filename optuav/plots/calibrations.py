@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from optuav.calibration.fit import Fit, Panel
+from optuav.calibration.logs import FlightLog
 from optuav.errors import InputError
 from optuav.looks import PHASES
 from optuav.mission.messages import of_kind
@@ -19,8 +20,8 @@ ROLES = {"fitted": BLUE, "repeat": style.SKY, "predicted": style.ORANGE}
 """Colours of named observations."""
 DECADE = 10.0  # Largest over smallest value beyond which the axis is logarithmic
 FEW = 100  # Most observations that are drawn as large dots
-PER_NAME_IN, BASE_IN, CURVE_IN = 0.21, 0.85, 1.9
-"""Height of a named observation, of what surrounds them, and of a curve [inch]."""
+PER_NAME_IN, BASE_IN, CURVE_IN, LOG_IN = 0.21, 0.85, 1.9, 1.4
+"""Height of a named observation, of what surrounds them, of a curve, and of a log's row [inch]."""
 
 
 class FitAxes(NamedTuple):
@@ -103,6 +104,60 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     style.legend_above(top, 6, list(entries.values()))
     style.settle(top)
     return axes
+
+
+@style.applied()
+def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> tuple[Axes, ...]:
+    r"""Draw speed, climb and current of a flight log, coloured by what the drone did.
+
+    Parameters
+    ----------
+    log
+        A log that a calibration was made from, see `optuav.Fit.logs`.
+    figure
+        Where to draw; on a page of its own by default.
+
+    Returns
+    -------
+    Axes of the speed, the climb and the current; left out are the grey samples.
+
+    Raises
+    ------
+    InputError
+        If it is not a flight log.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> rows = ["time(millisecond),current(A),voltage(v),speed(mph)"]
+    >>> rows += [f"{100 * n},18,22.2,{n % 2}" for n in range(200)]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "flight.csv"
+    ...     _ = file.write_text("\n".join(rows))
+    ...     log = optuav.fit_regimes(file).logs[0]
+    >>> [ax.get_ylabel() for ax in optuav.plots.flight_log(log)]
+    ['speed [m/s]', 'climb [m/s]', 'current [A]']
+    """
+    of_kind("log", log, FlightLog, "a flight log of a calibration")
+    axes = (figure or style.page(0.6 + 3 * LOG_IN)).subplots(3, 1, sharex=True)
+    series = {
+        "speed [m/s]": log.samples.speed_m_s,
+        "climb [m/s]": log.samples.climb_m_s,
+        "current [A]": log.samples.current_A,
+    }
+    for ax, (words, values) in zip(axes, series.items(), strict=True):
+        for phase, label in {"other": "left out", **dict.fromkeys(GROUPS)}.items():
+            if np.any(own := log.phase == phase):
+                colour = style.PALE if phase == "other" else GROUPS[phase]
+                ax.plot([], [], ".", color=colour, label=label or phase)
+                ax.plot(log.samples.time_s[own], values[own], ".", color=colour, markersize=2.5)
+        ax.set_ylabel(words)
+        style.group_thousands(ax)
+    axes[-1].set_xlabel("time in the log [s]")
+    axes[0].set_title(style.drawable(log.source.rpartition("/")[2]), pad=style.LEGEND_PT)
+    style.legend_above(axes[0], 6)
+    style.settle(axes[0])
+    return tuple(axes)
 
 
 def _draw_names(axes: FitAxes, panel: Panel) -> None:

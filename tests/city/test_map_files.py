@@ -7,6 +7,7 @@ import re
 import sqlite3
 import sys
 import threading
+import warnings
 import zipfile
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
@@ -104,7 +105,8 @@ def test_no_map_makes_anybody_open_an_address_or_another_file(
         if name == "inside.geojson":
             assert read(file).names == read(packed).names == ("b0",)
         else:
-            refused(file, "is damaged|has none of|reference system that|is not JSON|is not GeoJSON")
+            words = "is damaged|a VRT|is XML|reference system that|is not JSON|is not GeoJSON"
+            refused(file, rf"{words}|has none of")
             refused(packed, r"packed.zip: |holds 0 maps")
         table = tmp_path / "mission.toml"
         table.write_text(f'schema = 1\nextends = "paper"\nbuildings_file = "{name}"\n')
@@ -176,13 +178,121 @@ def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
 
 
 def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
-    """Overpass answers with JSON of its own, with or without places."""
-    way = {"type": "way", "id": 1, "nodes": [1, 2, 3, 1], "tags": {"building": "yes"}}
-    answer = {"version": 0.6, "generator": "Overpass API", "elements": [way]}
-    (file := tmp_path / "town.json").write_text(json.dumps(answer))
-    refused(file, "is Overpass JSON, which optuav does not read: export GeoJSON from overpass turb")
-    file.write_text(json.dumps({"elements": []}))
-    refused(file, "is Overpass JSON")
+    """By its content, whatever its name says; the files are those of GDAL, pyarrow and the like."""
+    town(tmp_path, ".gpkg")
+    town(tmp_path, ".shp")
+    town(tmp_path, ".fgb")
+    frame = geopandas.GeoDataFrame(TALL, index=[0], geometry=[shapely.box(0, 0, 1, 1)], crs=4326)
+    frame.to_parquet(tmp_path / "town.parquet")
+    frame.to_file(tmp_path / "town.kml", driver="KML")
+    frame.to_file(tmp_path / "town.gml", driver="GML")
+    (tmp_path / "town.gpx").write_text('<?xml version="1.0"?>\n<gpx version="1.1"/>')
+    (tmp_path / "town.pdf").write_bytes(b"%PDF-1.7\n" + bytes(200))
+    (tmp_path / "town.topojson").write_text('{"type": "Topology", "objects": {}, "arcs": []}')
+    for name, suffix, words in (
+        ("town.gpkg", ".shp", "is no .shp file but a GeoPackage or another SQLite database"),
+        ("town.shp", ".gpkg", "is no .gpkg file but a shapefile"),
+        ("town.fgb", ".json", "a FlatGeobuf"),
+        ("town.parquet", ".fgb", "is no .fgb file but a Parquet file"),
+        ("town.gpkg", ".parquet", "is a GeoPackage"),
+        ("town.kml", ".geojson", "is KML"),
+        ("town.gml", ".gml", "is GML, and has none of .*; ogr2ogr"),
+        ("town.gpx", ".osm", "is GPX"),
+        ("town.pdf", ".pdf", "is a PDF, and has none of the suffixes .gpkg"),
+        ("town.topojson", ".json", "is TopoJSON; ogr2ogr"),
+    ):
+        (other := tmp_path / f"other{suffix}").write_bytes((tmp_path / name).read_bytes())
+        refused(other, words)
+
+
+def test_geoparquet_is_read_as_overture_writes_it(tmp_path: Path) -> None:
+    """Records and lists beside plain columns, a box of each row, longitudes and latitudes."""
+    shapes = [shapely.geometry.shape(square(50.0 * k)) for k in range(60)]
+    columns = {
+        "id": [f"08b2{k:04}" for k in range(60)],
+        "names": [{"primary": "a", "common": None}] * 60,
+        "sources": [[{"dataset": "OpenStreetMap"}]] * 60,
+        "height": [30.0] * 59 + [None],
+        "num_floors": [None] * 59 + [4],
+    }
+    frame = geopandas.GeoDataFrame(columns, geometry=shapes, crs="OGC:CRS84")
+    file = tmp_path / "town.parquet"
+    frame.to_parquet(file, write_covering_bbox=True, schema_version="1.1.0", index=False)
+    city = read(file, levels="num_floors", height="height")
+    assert len(city.names) == 60
+    assert city.position_m[-1, 2] == 12.0
+    west, south, east, north = shapes[3].bounds
+    box = read(file, bbox=(west + 1e-6, south, east - 1e-6, north), height="height")
+    assert len(box.names) == 1
+    refused(file, "num_floors")  # It may state heights that are missing
+    content = file.read_bytes()
+    for part in (b"PAR1", content[: len(content) // 2], content[:-4] + b"XXXX"):
+        file.write_bytes(part)
+        refused(file, "is a Parquet file that is damaged or cut off")
+
+
+def test_geoparquet_without_a_system_takes_the_stated_one(tmp_path: Path) -> None:
+    shape = shapely.box(391000, 5820000, 391020, 5820020)
+    frame = geopandas.GeoDataFrame(TALL, index=[0], geometry=[shape], crs=None)
+    frame.to_parquet(file := tmp_path / "town.parquet")
+    refused(file, "states no coordinate reference system; state it as crs")
+    assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
+    pd.DataFrame({"height": [1.0]}).to_parquet(plain := tmp_path / "plain.parquet")
+    refused(plain, "is a Parquet file without the metadata of GeoParquet")
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".shp", ".fgb", ".parquet", ".geojson"])
+def test_a_file_without_a_system_takes_the_stated_one(tmp_path: Path, suffix: str) -> None:
+    """And refuses to be read without: GDAL writes all of these with no system at all."""
+    shape = shapely.box(391000, 5820000, 391020, 5820020)
+    frame = geopandas.GeoDataFrame(TALL, index=[0], geometry=[shape], crs=None)
+    file = tmp_path / f"town{suffix}"
+    with warnings.catch_warnings(action="ignore"):
+        frame.to_parquet(file) if suffix == ".parquet" else frame.to_file(file)
+    refused(file, "states no coordinate reference system; state it as crs")
+    assert shapely.area(read(file, crs="EPSG:25833").footprints) == pytest.approx([400], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "EPSG:25833+7837",
+        "urn:ogc:def:crs,crs:EPSG::25833,crs:EPSG::7837",
+        "http://www.opengis.net/def/crs-compound?1=http://www.opengis.net/def/crs/EPSG/0/25833"
+        "&2=http://www.opengis.net/def/crs/EPSG/0/7837",
+        "urn:ogc:def:crs:EPSG::25833",
+    ],
+)
+def test_systems_of_two_codes(tmp_path: Path, name: str) -> None:
+    """In a file, and stated for one that has none: the plane is that of the first code."""
+    corners = [[391000, 5820000], [391020, 5820000], [391020, 5820020], [391000, 5820020]]
+    file = geojson(tmp_path, [(TALL, polygon([*corners, corners[0]]))])
+    plain = read(file, crs="EPSG:25833")
+    assert np.allclose(read(file, crs=name).position_m, plain.position_m, atol=2e-3)
+    document = json.loads(file.read_text())
+    document["crs"] = {"type": "name", "properties": {"name": name}}
+    file.write_text(json.dumps(document))
+    assert np.allclose(read(file).position_m, plain.position_m, atol=2e-3)
+
+
+@pytest.mark.parametrize("name", ["OGC:CRS84h", "urn:ogc:def:crs:OGC::CRS84h", "OGC:CRS84"])
+def test_longitudes_before_latitudes_with_heights_or_without(tmp_path: Path, name: str) -> None:
+    """Systems of OGC; stating EPSG:4326 beside them changes nothing, as x is the longitude."""
+    file = geojson(tmp_path, [(TALL, square())])
+    plain = read(file, crs="EPSG:4326")
+    document = json.loads(file.read_text())
+    document["crs"] = {"type": "name", "properties": {"name": name}}
+    file.write_text(json.dumps(document))
+    assert read(file).origin == plain.origin
+    assert np.allclose(read(file).position_m, plain.position_m)
+    if name == "OGC:CRS84":
+        assert read(file, crs="EPSG:4326").origin == plain.origin
+
+
+def test_lines_of_json_are_seen_whatever_the_suffix(tmp_path: Path) -> None:
+    shapes = [{"type": "Feature", "properties": TALL, "geometry": square(50 * k)} for k in range(3)]
+    (file := tmp_path / "town.json").write_text("\n".join(map(json.dumps, shapes)))
+    assert read(file).names == ("b0", "b1", "b2")
 
 
 def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
@@ -196,7 +306,8 @@ def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
     lines.write_text(json.dumps(json.loads(file.read_text())["features"][0]))
     assert read(lines, crs=25833).origin == city.origin
     degrees = geojson(tmp_path, [(TALL, square())])
-    with pytest.raises(optuav.InputError, match="states EPSG:4326"):
+    words = "is GeoJSON that states no system, so it is in EPSG:4326"
+    with pytest.raises(optuav.InputError, match=words):
         read(degrees, crs="EPSG:25833")
 
 

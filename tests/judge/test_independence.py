@@ -24,6 +24,7 @@ ALLOWED = (
     "optuav.options",
     "optuav.physics",
     "optuav.plan",
+    "optuav.presentation.text",
 )
 
 

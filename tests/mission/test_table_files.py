@@ -247,7 +247,9 @@ def test_a_map_that_does_not_fit_is_refused(geopandas: Any, tmp_path: Path) -> N
         for content in ("no map", f'{{"type": "FeatureCollection", "features": [{broken}]}}'):
             (told,) = refusal(written(tmp_path / "no map", name, content))
             assert f"{name}: " in told
-            assert re.search("is not a table that|is damaged|is not JSON|in degree", told)
+            assert re.search(
+                r"is not a table that|is damaged|is no \.gpkg file but|is not JSON|in degree", told
+            )
 
 
 def test_a_parquet_file_without_geometry_has_the_columns_of_csv(tmp_path: Path) -> None:

@@ -1,0 +1,306 @@
+"""A flight plan of a ground station, judged: time, charge and wells along it, and what is in reach.
+
+Every leg is flown straight and from standing to standing, which takes longer than to pass a
+waypoint without a stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.errors import Fault, InputError, require
+from optuav.fields import COORDINATE
+from optuav.flight.model import CruisingModel, FlightModel
+from optuav.judge.autopilot import SUFFIXES, Flight, Step, flight_of
+from optuav.judge.course import TOLERANCE, Course
+from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
+from optuav.mission import Mission, load
+from optuav.mission.earth import DEGREES, plane, stated_system, system_in_metres
+from optuav.mission.files import label, refusal
+from optuav.mission.messages import path_of, shown
+from optuav.network.obstacles import CLEAR
+from optuav.physics.kibam import Stage, step
+from optuav.plan import Stop
+
+SAME_PLACE_m = 2.0  # horizontal distance of places that are meant to be one
+ROOFS = 3  # nearest roofs that are tried from a place
+CHARGING = ("charge_current_A", "charge_power_W")  # keys of [flight] that a laser goes with
+MILLIMETRE = 3  # decimals of places [m]
+DIGITS = 9  # decimals of heights [m], as a plan states them
+
+
+@dataclass(frozen=True, init=False)
+class FlightPlan(Itinerary):
+    r"""A flight plan as an itinerary: the moves of its items, at their speeds.
+
+    Parameters
+    ----------
+    mission
+        The mission that it is flown in, with the plan's ends as its route.
+    stops
+        Places in order.
+    flown
+        The moves, with the item of each.
+    notes
+        Sentences on what is not flown as the plan says.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> lines = ["QGC WPL 110", "0 1 0 16 0 0 0 0 52.5 13.4 34 1", "1 0 3 22 0 0 0 0 0 0 40 1"]
+    >>> lines += ["2 0 3 16 0 0 0 0 52.502 13.4 40 1", "3 0 3 20 0 0 0 0 0 0 0 1"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "there-and-back.waypoints"
+    ...     _ = file.write_text("\n".join(lines))
+    ...     judged = optuav.audit(file, "relay-today")
+    >>> judged.flyable, [item for item, _ in judged.subject.flown]
+    (True, ['item 1', 'item 2', 'item 3', 'item 3'])
+    """
+
+    flown: tuple[tuple[str, Move], ...]
+    notes: tuple[str, ...]
+
+    def __init__(
+        self, mission: Mission, flown: Sequence[tuple[str, Move]], notes: Sequence[str]
+    ) -> None:
+        stays = ((move.end_place, move) for _, move in flown)
+        super().__init__(
+            mission,
+            [
+                Stop(at, "rest" if move.kind == "rest" else "hover", move.duration_s)
+                for at, move in stays
+            ],
+        )
+        object.__setattr__(self, "flown", tuple(flown))
+        object.__setattr__(self, "notes", tuple(notes))
+
+    def moves(self) -> Iterator[Move]:
+        """Yield the moves in order."""
+        yield from (move for _, move in self.flown)
+
+    def names(self) -> dict[str | Point, str]:
+        """The item that first flies to each point."""
+        first: dict[str | Point, str] = {}
+        for item, move in self.flown:
+            if not isinstance(move.end_place, str):
+                first.setdefault(move.end_place, item)
+        return first
+
+
+class Reached(NamedTuple):
+    """A moment of a flight plan, and the places that are then in reach."""
+
+    item: str
+    what: str
+    end_s: float
+    charge: float  # share of the capacity in both wells
+    available: float  # share of the full available well
+    home: bool | None  # None where packs take turns
+    roof: str  # nearest roof in reach, or empty
+
+
+def read_flight(stated: str | Path, mission: Mission | str | Path) -> tuple[str, FlightPlan]:
+    """The name of a file and its flight plan, flown by the drone of a mission."""
+    words = "the path of a .plan, .waypoints or .kml"
+    file = path_of(stated, "plan", words)
+    return label(file), placed(flight_of(file), load(mission), file)
+
+
+def is_flight(stated: object) -> bool:
+    """Return whether a path has the suffix of a flight plan."""
+    return isinstance(stated, str | Path) and Path(stated).suffix.lower() in SUFFIXES
+
+
+class Goal(NamedTuple):
+    """A place that an item flies to [m], on a building perhaps, and its stay there."""
+
+    item: str
+    at_m: Point
+    building: str = ""
+    stay_s: float = 0.0
+    speed_m_s: float = math.nan
+
+
+def placed(flight: Flight, drone: Mission, file: Path) -> FlightPlan:
+    """A flight in the plane of a mission, or around home where the mission has no place on Earth.
+
+    Home is at z = 0, unless the mission states the altitude of its z = 0, or begins there.
+    """
+    require("pyproj", "flight plans")
+    import pyproj
+
+    notes, system = [*flight.notes], stated_system(drone)
+    altitude_m = drone.earth.altitude_m if system and drone.earth else None
+    if system is None:
+        if len(drone.buildings.names) or drone.laser is not None:
+            words = "the mission has no place on Earth: its buildings and its laser are left out"
+            notes.append(words)
+        system = plane(flight.home)
+        beam = [key for key in ("laser", "receiver") if getattr(drone, key) is not None]
+        charging = [f"flight.{key}" for key in CHARGING if getattr(drone.flight, key, None)]
+        drone = drone.replace({"buildings": [], **dict.fromkeys([*beam, *charging])})
+    ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(system), always_xy=True)
+    x, y, z = drone.route.origin_m
+    home_x, home_y = np.round(ahead.transform(*flight.home), MILLIMETRE).tolist()
+    if not math.isfinite(home_x + home_y):
+        words = "a place that the mission's reference system holds"
+        raise InputError([Fault("home", "", words, label(file))])
+    home = (home_x, home_y, 0.0)
+    if stated_system(drone) and math.dist((home_x, home_y), (x, y)) <= SAME_PLACE_m:
+        home = (x, y, z)
+    elif altitude_m is not None and math.isfinite(flight.home_altitude_m):
+        home = (home_x, home_y, round(flight.home_altitude_m - altitude_m, DIGITS))
+
+    def point_m(each: Step, here: Point) -> Point:
+        place = here[:2]
+        if math.isfinite(each.latitude_deg):
+            at = ahead.transform(each.longitude_deg, each.latitude_deg)
+            place = tuple(np.round(at, MILLIMETRE).tolist())
+        base_m = home[2] - (flight.home_altitude_m if each.over == "sea" else 0.0)
+        if not DURATION.accepts(each.stay_s):
+            raise InputError([Fault(each.item, f"{each.stay_s:g} s", DURATION.words, label(file))])
+        found = (*place, round(each.height_m + base_m, DIGITS))
+        if not np.isfinite(found).all():
+            words = "a height over home, as the altitude of home is unknown"
+            raise InputError([Fault(each.item, "", words, label(file))])
+        if not all(map(COORDINATE.accepts, found)):
+            words = f"x, y and z around home: {COORDINATE.words}"
+            raise InputError([Fault(each.item, shown(found), words, label(file))])
+        return found
+
+    goals = [*_goals(flight, home, point_m, drone, file)]
+    mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
+    cruises = isinstance(mission.flight_model, CruisingModel)
+    if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
+        model = f'flight.model = "{mission.flight.model}"'
+        notes.append(f"legs are flown at the speeds of {model}, not at those of the plan")
+    for each, goal in zip(flight.steps, goals, strict=False):
+        if each.kind == "take-off" and goal.at_m[2] < home[2]:
+            words = f"takes off downwards, by {home[2] - goal.at_m[2]:.0f} m"
+            notes.append(f"{each.item} {words}: are its heights over home, not above the sea?")
+        break
+    last = flight.steps[-1]
+    if last.kind not in ("land", "return") and goals[-1].at_m[2] > home[2]:
+        notes.append(f"the plan ends in the air at {last.item}, without a landing")
+    flown = [*_moves(goals, home, mission)]
+    if not flown:
+        raise refusal(file, "has no item that flies anywhere")
+    return FlightPlan(mission, flown, notes)
+
+
+def _goals(
+    flight: Flight,
+    home: Point,
+    point_m: Callable[[Step, Point], Point],
+    drone: Mission,
+    file: Path,
+) -> Iterator[Goal]:
+    """The places of a flight: straight up at a take-off, level and then down to a landing."""
+    here, roofs_m = home, drone.buildings.roof_m
+    for each in flight.steps:
+        at_m, building = point_m(each, here), ""
+        apart_m = math.dist(at_m[:2], here[:2])
+        if each.kind in ("land", "return") and math.dist(at_m[:2], home[:2]) <= SAME_PLACE_m:
+            at_m = (*home[:2], at_m[2])
+        if each.kind == "rest":
+            near = np.flatnonzero(np.hypot(*(roofs_m[:, :2] - at_m[:2]).T) <= SAME_PLACE_m)
+            if not len(near):
+                words = "a landing on the way must be at a roof of the mission, where it rests"
+                raise InputError([Fault(each.item, "", words, label(file))])
+            building = drone.buildings.names[int(near[0])]
+            x, y, z = roofs_m[int(near[0])].tolist()
+            at_m = (x, y, z)
+        elif each.kind == "take-off" and apart_m > SAME_PLACE_m:
+            yield Goal(each.item, (*here[:2], at_m[2]))
+        elif each.kind == "take-off":
+            at_m = (*here[:2], at_m[2])
+        elif each.kind in ("land", "return") and apart_m > SAME_PLACE_m:
+            yield Goal(each.item, (*at_m[:2], here[2]), speed_m_s=each.speed_m_s)
+        yield Goal(each.item, at_m, building, each.stay_s, each.speed_m_s)
+        here = at_m
+
+
+def _moves(goals: Sequence[Goal], home: Point, mission: Mission) -> Iterator[tuple[str, Move]]:
+    """Flights from each place to the next, and stays; the last place is the destination."""
+    model, here, here_m = mission.flight_model, "origin", home
+    before_m = [home, *(goal.at_m for goal in goals[:-1])]
+    pairs = enumerate(zip(goals, before_m, strict=True))
+    last = max((number for number, (goal, m) in pairs if goal.at_m != m), default=-1)
+    place: str | Point = here
+    for number, goal in enumerate(goals):
+        if goal.at_m != here_m:
+            (x, y, z), (u, v, w) = here_m, goal.at_m
+            way_m = (u - x, v - y, w - z)
+            speeds = _speeds(model, way_m, goal.speed_m_s)
+            to: str | Point = "destination" if number == last else goal.building or goal.at_m
+            yield goal.item, Move("flight", place, to, 0.0, None, (), speeds)
+            place, here_m = to, goal.at_m
+        if goal.stay_s > 0.0:
+            yield goal.item, Move("rest" if goal.building else "hover", place, place, goal.stay_s)
+
+
+def _speeds(model: FlightModel, way_m: Point, stated_m_s: float) -> tuple[float, ...]:
+    """The level speed of a leg whose speed along its way is stated, as far as it gets there [m/s].
+
+    None of a leg without a stated speed, straight up or down, or in a model with its own speeds.
+    """
+    level = math.hypot(*way_m[:2]) / math.hypot(*way_m)
+    if not (isinstance(model, CruisingModel) and level > 0.0 and math.isfinite(stated_m_s)):
+        return ()
+    leg = model.leg_at(way_m, level * stated_m_s)
+    return (level * float(leg.peak_speed_m_s),)
+
+
+def reached(
+    plan: FlightPlan, flown: Sequence[SimulatedPhase], course: Course
+) -> tuple[Reached, ...]:
+    """The charge after every move, and whether home or a roof can be reached from there."""
+    mission, pool = plan.mission, course.pack
+    full_As, capacity_As = float(pool.full.available_As), float(mission.pool.capacity_As)
+    buildings, tries = mission.buildings, list[tuple[int, Move]]()
+    pooled = not mission.battery.takes_turns
+    for number, (phase, (_, move)) in enumerate(zip(flown, plan.flown, strict=True)):
+        if not pooled:
+            break
+        away_m = np.hypot(*(buildings.roof_m[:, :2] - phase.end.position_m[:2]).T)
+        roofs = [buildings.names[k] for k in np.argsort(away_m)[:ROOFS]]
+        tries += [(number, Move("flight", move.end_place, to, 0.0, None, ())) for to in roofs]
+        tries.append((number, Move("flight", move.end_place, "origin", 0.0, None, ())))
+    moves = [move for _, move in tries]
+    legs = phases(mission, places(mission, moves), moves) if moves else ()
+    home: list[bool | None] = [False if pooled else None] * len(flown)
+    roof = [""] * len(flown)
+    for (number, move), leg in zip(tries, legs, strict=True):
+        wells, fits = course.ends[number][0], leg.crosses == CLEAR
+        for stage in leg.stages:
+            wells = step(pool, wells, Stage(stage.net.current_A, stage.duration_s))
+            fits &= float(wells.available_As) >= -TOLERANCE * capacity_As
+        left = float(wells.total_As) / capacity_As
+        if fits and left >= mission.limits.min_soc - TOLERANCE:
+            if move.end_place == "origin":
+                home[number] = True
+            else:
+                roof[number] = roof[number] or str(move.end_place)
+    rows = list[Reached]()
+    for number, (phase, (item, _)) in enumerate(zip(flown, plan.flown, strict=True)):
+        wells_of = course.ends[number]
+        charge = sum(float(wells.total_As) for wells in wells_of) / capacity_As
+        available = sum(float(wells.available_As) for wells in wells_of)
+        share = available / (full_As * len(wells_of))
+        figures = phase.end_s, charge, share, home[number], roof[number]
+        rows.append(Reached(item, _what(phase), *figures))
+    return tuple(rows)
+
+
+def _what(phase: SimulatedPhase) -> str:
+    """The kind of a phase; a flight straight up or down by its direction."""
+    (x, y, z), *_, (u, v, w) = phase.points_m
+    if phase.kind == "flight" and math.hypot(u - x, v - y) <= SAME_PLACE_m:
+        return "climb" if w > z else "descent"
+    return phase.kind
