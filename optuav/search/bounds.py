@@ -57,7 +57,7 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     none_s = np.zeros(len(boxes))
     width_s = high_s - low_s
     near_s, far_s = width_s.copy(), width_s.copy()
-    promise = np.full(len(boxes), np.inf)
+    spare_As = np.full(len(boxes), np.inf)
     rounding_As = ROUNDING * terrain.battery.capacity_As
     limits = [*_limits(terrain, boxes, legs, low_s, high_s)]
     sums = _against_full(limits, rests, width_s) if overfull.any() else []
@@ -67,7 +67,7 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
         groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
         losses = [_cheapest(limit.price_A[g], width_s[g], need_s) for g, need_s in groups]
         room_As = limit.value_As + rounding_As - sum(losses)
-        promise = np.minimum(promise, room_As)
+        spare_As = np.minimum(spare_As, room_As)
         for (group, _), loss_As in zip(groups, losses, strict=True):
             price_A = limit.price_A[group]
             earned_As = np.minimum(price_A * width_s[group], 0.0).sum(axis=0)
@@ -78,9 +78,9 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
         np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
         np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
     )
-    alive = (promise >= 0.0) & (low_s <= high_s).all(axis=0)
+    alive = (spare_As >= 0.0) & (low_s <= high_s).all(axis=0)
     pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
-    cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
+    cut = replace(boxes, low_s=low_s, high_s=high_s, pulled=pulled)
     return cut if alive.all() else cut.take(alive)
 
 
