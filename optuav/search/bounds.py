@@ -38,7 +38,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
+from optuav.physics.kibam import Battery, Shift, Stage, Tilted, Wells, levelling, tapered, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
 
@@ -136,9 +136,13 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
     # Total charge and tilt.
     from_full = (boxes.places[0] == ORIGIN).all()
     most = tuple(np.full(len(boxes), charge_As) for charge_As in terrain.charge_at(boxes.places[0]))
+    bound = Tilted(*most).wells(battery).bound_As
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
     for stop, leg in enumerate(Flown(*values) for values in zip(*legs, strict=True)):
+        wells = Wells(share * most[0] + most[1], bound)
+        landed = tilted_after(battery, Tilted.of(battery, wells), Shift(-leg.charge_As, leg.remaining, leg.tilt_As))
+        bound = landed.wells(battery).bound_As
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
         alive &= share * most[0] + most[1] >= -rounding_As
@@ -151,8 +155,9 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
         total, available = _farthest(battery, most, *stay, np.maximum)
         alive &= available >= -rounding_As
         overfull[: stop + 1] |= available > full.available_As
+        bound = _most_bound(battery, Wells(share * most[0] + most[1], bound), *stay)
         available = np.minimum(available, full.available_As)
-        total = np.minimum(total, available + full.bound_As)
+        total = np.minimum(total, available + bound)
         most = total, available - share * total
         if not terrain.tapers:
             available = np.maximum(share * least[0] + least[1], 0.0)
@@ -164,6 +169,23 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
             total = np.maximum(total, available)
             least = total, available - share * total
     return alive, overfull
+
+
+def _most_bound(
+    battery: Battery, most: Wells, current_A: Floats, low_s: Floats, high_s: Floats
+) -> Floats:
+    """Largest y2 [A s] after a stay of any duration between two that tapers once y1 = ωB.
+
+    While the current is constant, y2' = k'z; the tilt z is monotonic then, and positive later on.
+    """
+    full, rate = battery.full, battery.rate_per_s
+    most = Wells(*(np.minimum(well, top) for well, top in zip(most, full, strict=True)))
+    charging_A = battery.bound_fraction * current_A
+    turn = charging_A / np.minimum(charging_A - rate * Tilted.of(battery, most).tilt_As, -TINY)
+    turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
+    times_s = low_s, high_s, np.clip(turn_s, low_s, high_s)
+    ends = (tapered(battery, most, Stage(current_A, time_s)).bound_As for time_s in times_s)
+    return np.asarray(np.maximum.reduce([*ends]))
 
 
 def _farthest(
