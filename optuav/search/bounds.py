@@ -38,7 +38,16 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.physics.kibam import Battery, Shift, Stage, Tilted, Wells, levelling, tapered, tilted_after
+from optuav.physics.kibam import (
+    Battery,
+    Shift,
+    Stage,
+    Tilted,
+    Wells,
+    levelling,
+    tapered,
+    tilted_after,
+)
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
 
@@ -97,7 +106,7 @@ def passable(
     low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
     boxes = replace(boxes, low_s=low_s, high_s=high_s).take(alive)
     legs, hover_s = Flown(*(leg[:, alive] for leg in legs)), hover_s[alive]
-    alive, overfull = _enveloped(terrain, boxes, legs)
+    alive, overfull, _ = enveloped(terrain, boxes, legs)
     legs = Flown(*(leg[:, alive] for leg in legs))
     return boxes.take(alive), legs, hover_s[alive], overfull[:, alive]
 
@@ -128,8 +137,16 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     return np.asarray((price * taken).sum(axis=0))
 
 
-def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, Booleans]:
-    """Test if envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
+class Envelopes(NamedTuple):
+    """What the envelopes of boxes say."""
+
+    alive: Booleans  # Whether they leave a box possible (box,)
+    overfull: Booleans  # Whether they pass y1 = ωB after a stay, or later (stop, box)
+    most_As: Floats  # Largest y after a stay (stop, box)
+
+
+def enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> Envelopes:
+    """The envelopes of boxes, carried along their legs."""
     battery = terrain.battery
     full, share = battery.full, battery.available_fraction
     rounding_As = ROUNDING * battery.capacity_As
@@ -139,9 +156,12 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
     bound = Tilted(*most).wells(battery).bound_As
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
+    most_As = list[Floats]()
     for stop, leg in enumerate(Flown(*values) for values in zip(*legs, strict=True)):
         wells = Wells(share * most[0] + most[1], bound)
-        landed = tilted_after(battery, Tilted.of(battery, wells), Shift(-leg.charge_As, leg.remaining, leg.tilt_As))
+        landed = tilted_after(
+            battery, Tilted.of(battery, wells), Shift(-leg.charge_As, leg.remaining, leg.tilt_As)
+        )
         bound = landed.wells(battery).bound_As
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
@@ -158,6 +178,7 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
         bound = _most_bound(battery, Wells(share * most[0] + most[1], bound), *stay)
         available = np.minimum(available, full.available_As)
         total = np.minimum(total, available + bound)
+        most_As.append(total)
         most = total, available - share * total
         if not terrain.tapers:
             available = np.maximum(share * least[0] + least[1], 0.0)
@@ -168,7 +189,7 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
             available = np.maximum(available, 0.0)
             total = np.maximum(total, available)
             least = total, available - share * total
-    return alive, overfull
+    return Envelopes(alive, overfull, np.array(most_As))
 
 
 def _most_bound(

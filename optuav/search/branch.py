@@ -5,7 +5,6 @@ order of the bounds, a plan by sequential linear programming. Only sequences who
 best plan are cut into boxes, until none is left that can hold a better one (`optuav.search.bounds`).
 """
 
-import itertools
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -105,9 +104,8 @@ class _BranchAndBound:
                 for first in range(0, len(some), AT_ONCE):
                     roots = some.take(slice(first, first + AT_ONCE))
                     self.examined += len(roots)
-                    bound_s = bounded(self.terrain, roots, self._to_beat_s(roots)).hover_s
-                    roots = replace(roots, bound_s=bound_s)
-                    roots = self._promising(roots.take(np.argsort(-bound_s, kind="stable")))
+                    roots = self._bounded(roots)
+                    roots = roots.take(np.argsort(-roots.bound_s, kind="stable"))
                     if len(roots) and roots.bound_s[0] > most_s + TIE_S:
                         most_s = float(roots.bound_s[0])
                         roots = self._planned(roots)
@@ -135,18 +133,26 @@ class _BranchAndBound:
             self.open.append(now)
         return later
 
+    def _bounded(self, boxes: Boxes) -> Boxes:
+        """Boxes whose linear programmes allow a better plan, with their bounds."""
+        bound_s = bounded(self.terrain, boxes, self._to_beat_s(boxes)).hover_s
+        return self._promising(replace(boxes, bound_s=np.minimum(bound_s, boxes.bound_s)))
+
     def _promising(self, boxes: Boxes) -> Boxes:
-        """Boxes of sequences whose bounds allow a better plan."""
+        """Boxes whose bounds allow a better plan."""
         return boxes.take(boxes.bound_s >= self._to_beat_s(boxes))
 
     def _divide(self) -> None:
         """Cut the open boxes until none is left, the largest first."""
         budget = self.examined + (MOST_BOXES if self.time_limit_s == np.inf else np.inf)
-        groups = itertools.groupby(sorted(self.open, key=lambda boxes: boxes.pattern), lambda boxes: boxes.pattern)
-        self.open = deque(joined([*group]) for _, group in groups)
-        for _ in range(len(self.open)):
-            self._keep(self._looked_at(self._promising(self.open[0])))
-            self.open.popleft()
+        kinds = sorted({boxes.pattern for boxes in self.open})
+        self.waiting = [
+            joined([some for some in self.open if some.pattern == kind]) for kind in kinds
+        ]
+        self.open.clear()
+        while self.waiting:
+            self._keep(self._looked_at(self._promising(self.waiting[-1])))
+            self.waiting.pop()
         while self.open:
             if self.examined > budget:
                 raise _EarlyEnd(f"ended after {self.examined} boxes")
@@ -162,6 +168,8 @@ class _BranchAndBound:
         """Cut or drop boxes, look for a better plan in them, and return the rest."""
         self.examined += len(boxes)
         left = possible(self.terrain, boxes, self._to_beat_s(boxes))
+        if len(left):
+            left = self._bounded(left)
         if len(left):
             better, stays_s = longest(self.terrain, left, self._ahead_s(left))
             self._offer(left.take(better), stays_s)

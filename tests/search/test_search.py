@@ -20,7 +20,8 @@ from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
 from optuav.search import branch
 from optuav.search.bounds import possible
-from optuav.search.branch import TIE_S, SearchResult, search, slack
+from optuav.search.branch import TIE_S, SearchResult, search
+from optuav.search.plans import slack
 from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Boxes, Pattern, Terrain, least_sums
 from optuav.solving.several_stops import terrain

@@ -162,7 +162,6 @@ def test_the_budget_of_boxes_leaves_a_gap_that_covers_the_optimum(
 ) -> None:
     """What is open is bounded again: nothing is lost between the best plan and the bound."""
     monkeypatch.setattr(branch, "MOST_BOXES", 20)
-    monkeypatch.setattr(branch, "BEAM_LEVELS", 2)
     plan = available(PAPER.replace({"limits.deadline_s": 2400.0}), stops=1, hovers=2)
     bound_s = float(plan.proof.rsplit("longer than ", 1)[1].split(" s")[0])
     assert plan.status is Status.FEASIBLE
