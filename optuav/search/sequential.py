@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Floats
 from optuav.search.dual_simplex import dual_simplex
 from optuav.search.plans import margins
 from optuav.search.terrain import Boxes, Terrain

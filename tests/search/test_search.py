@@ -210,11 +210,19 @@ def test_a_terrain_is_the_mission_in_arrays() -> None:
 
 
 @settings(few(6), deadline=None)
-@given(small, st.sampled_from([*patterns(2, 2)]), st.integers(0, 2**32 - 1))
-def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: int) -> None:
+@given(
+    small,
+    st.sampled_from([*patterns(2, 2)]),
+    st.sampled_from(["constant", "taper"]),
+    st.integers(0, 2**32 - 1),
+)
+def test_no_rule_drops_a_plan(
+    keys: dict[str, float], pattern: Pattern, charging: str, seed: int
+) -> None:
     """Random plans that the wells bear, in random boxes around them: asked for no more than their
     own hover time, every box is kept, and cut so that it still holds the plan."""
-    known = terrain_of(optuav.load("paper").replace({**keys, "limits.deadline_s": 1200.0}))
+    changes = {**keys, "limits.deadline_s": 1200.0, "battery.charging": charging}
+    known = terrain_of(optuav.load("paper").replace(changes))
     chance = np.random.default_rng(seed)
     (roots, *_) = sequences(known, pattern)
     roots = roots.take(chance.integers(0, len(roots), 400))
