@@ -2,7 +2,8 @@
 
 Every sequence has a bound by a linear programme (`optuav.search.sequence_bounds`) and, in falling
 order of the bounds, a plan by sequential linear programming. Only sequences whose bound exceeds the
-best plan are cut into boxes, until none is left that can hold a better one (`optuav.search.bounds`).
+best plan are cut into boxes, until none is left that can hold a better one
+(`optuav.search.bounds`).
 """
 
 import time
@@ -22,7 +23,7 @@ from optuav.search.terrain import Boxes, Pattern, Terrain, joined
 
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; a proof leaves a gap of twice that."""
-PLANS_AT_ONCE = 32  # Sequences for which plans are made together
+PLANS_AT_ONCE = 32  # Sequences for which plans are made together first; then twice as many
 MOST_BOXES = 1_000_000  # Boxes that are looked at where no time limit is given: some ten seconds
 AT_ONCE = 1 << 14  # Boxes that are looked at together
 INTERRUPTED = "was interrupted"  # Why a search ended early at Ctrl-C
@@ -114,16 +115,18 @@ class _BranchAndBound:
 
     def _plan(self) -> None:
         """Plan all sequences that may hold a better plan, in falling order of their bounds."""
+        count = PLANS_AT_ONCE
         while self.waiting:
             tops_s = [roots.bound_s.max(initial=-np.inf) for roots in self.waiting]
             roots = self._promising(self.waiting[int(np.argmax(tops_s))])
-            self.waiting[int(np.argmax(tops_s))] = self._planned(roots)
+            self.waiting[int(np.argmax(tops_s))] = self._planned(roots, count)
             self.waiting = [roots for roots in self.waiting if len(roots)]
+            count = min(2 * count, AT_ONCE)
             self._go_on()
 
-    def _planned(self, roots: Boxes) -> Boxes:
+    def _planned(self, roots: Boxes, count: int = PLANS_AT_ONCE) -> Boxes:
         """Plan the first sequences, which then are open; the others are returned."""
-        now, later = roots.take(slice(PLANS_AT_ONCE)), roots.take(slice(PLANS_AT_ONCE, None))
+        now, later = roots.take(slice(count)), roots.take(slice(count, None))
         if len(now):
             begin_s = bounded(self.terrain, now, np.full(len(now), -np.inf)).stays_s
             stays_s = improved(self.terrain, now, begin_s)

@@ -9,7 +9,7 @@ from optuav.search.dual_simplex import dual_simplex
 from optuav.search.plans import margins
 from optuav.search.terrain import Boxes, Terrain
 
-STEPS = 30  # Largest number of linear programmes a sequence
+STEPS = 60  # Largest number of linear programmes a sequence
 STILL_S = 1e-9  # A shorter step is the last [s]
 APART_S = 1e-9  # Distance that is kept from limits, in seconds of the stay that counts most there
 DIFFERENCE_S = 1e-3  # Step of a difference quotient [s]

@@ -7,8 +7,8 @@ box, and their distance falls with the square of its width.
 
 References
 ----------
-.. [1] G. P. McCormick, "Computability of global solutions to factorable nonconvex programs: Part I",
-   Mathematical Programming, 1976.
+.. [1] G. P. McCormick, "Computability of global solutions to factorable nonconvex programs:
+   Part I", Mathematical Programming, 1976.
 """
 
 from __future__ import annotations
