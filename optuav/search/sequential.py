@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.search.dual_simplex import dual_simplex
+from optuav.search.dual_simplex import TOLERANCE, dual_simplex
 from optuav.search.plans import margins
 from optuav.search.terrain import Boxes, Terrain
 
 STEPS = 60  # Largest number of linear programmes a sequence
 STILL_S = 1e-9  # A shorter step is the last [s]
-APART_S = 1e-9  # Distance that is kept from limits, in seconds of the stay that counts most there
+# Distance that is kept from limits, in seconds of the stay that counts most there: more than the
+# tolerance of a linear programme.
+APART_S = 3.0 * TOLERANCE
 DIFFERENCE_S = 1e-3  # Step of a difference quotient [s]
+LEAST_SLOPE_A = 1e-6  # Limits that no stay changes more than this are not scaled
 PENALTY = 100.0  # Hover [s] that a violation of a limit by one second of stay is worth
 
 
@@ -25,7 +28,7 @@ def improved(terrain: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
     """
     stays_s, worth = stays_s.copy(), np.append(np.array(boxes.pattern, float), -PENALTY)
     legs_s = terrain.duration_s[boxes.places[:-1], boxes.places[1:]].sum(axis=0)
-    left_s = terrain.deadline_s - legs_s
+    left_s = np.maximum(terrain.deadline_s - legs_s - APART_S, 0.0)
     reach_s, moving = left_s.copy(), np.arange(len(boxes))
     for _ in range(STEPS):
         places, here_s, reach = boxes.places[:, moving], stays_s[:, moving], reach_s[moving]
@@ -51,9 +54,6 @@ def improved(terrain: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
         if not len(moving):
             break
     return stays_s
-
-
-LEAST_SLOPE_A = 1e-6  # Limits on which no stay bears are not scaled
 
 
 def _linear(terrain: Terrain, places: Floats, stays_s: Floats) -> tuple[Floats, Floats]:
