@@ -10,7 +10,8 @@ within 0 ≤ y1 ≤ ωB can have. They are
    to phase with the duration that is best or worst for each, enclose all its plans. A box is
    dropped where the largest y1 is below 0, the least above ωB, or the largest y below η0 B at the
    end, or at any landing if η0 holds there. Between phases the envelopes are cut back to
-   0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + (1−ω)B, which all its plans keep.
+   0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + y2, which all its plans keep, with the largest y2: that of wells
+   which both are the largest, and hold y1 = ωB once it is reached.
 3. *Trading.* One corner of a box has the longest rests and the shortest hovers. The time rule makes
    a plan give up at least s_R of these rests and add at least s_H to these hovers. A second of stay
    i more or less changes y1 after a later phase, by τ, by
@@ -18,8 +19,7 @@ within 0 ≤ y1 ≤ ωB can have. They are
    interval arithmetic bounds that price over the box. The charge at the end is a limit as well,
    where a second of a stay is worth its current. So a limit loses against the corner at least the
    cheapest way to do so by its prices (a knapsack of fractions), and no stay is further from the
-   corner than its own loss allows, which cuts the box. A sum of limits with weights ≥ 0 is a limit
-   as well: sums of limits on y1 ≥ 0 and y1 ≤ ωB that cancel the price of a rest.
+   corner than its own loss allows, which cuts the box.
 
 Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
 holds no more than the one of the same times that does not (`optuav.physics.kibam`), so no hover
@@ -31,7 +31,7 @@ may then pass y1 = ωB.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -68,9 +68,7 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     near_s, far_s = width_s.copy(), width_s.copy()
     spare_As = np.full(len(boxes), np.inf)
     rounding_As = ROUNDING * terrain.battery.capacity_As
-    limits = [*_limits(terrain, boxes, legs, low_s, high_s)]
-    sums = _against_full(limits, rests, width_s) if overfull.any() else []
-    for limit in (*limits, *sums):
+    for limit in _limits(terrain, boxes, legs, low_s, high_s):
         needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
         moves_s = far_s if limit.full else near_s
         groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
@@ -303,23 +301,3 @@ def _limits(
             yield Limit(room_As, price_A(stop + 1), full=True)
     yield Limit(total_As[0] - terrain.least_charge_As, worth_A, full=False)
     yield from landings
-
-
-def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:
-    """Sums of a limit y1 ≤ ωB after a rest and a later one that cancel the price of the rest.
-
-    Seen from the corner of long rests, y1 ≤ ωB has prices < 0: the gain from leaving that corner.
-    """
-    sums = []
-    for number, limit in enumerate(limits):
-        stay = number // 2
-        if not limit.full or stay not in rests:
-            continue
-        price_A = limit.price_A[stay]
-        missed_As = (limit.price_A * width_s).sum(axis=0)
-        for later in (other for other in limits[number + 1 :] if not other.full):
-            dear_A = np.maximum(later.price_A[stay], 0.0)
-            weight = dear_A * (price_A > TINY) / np.maximum(price_A, TINY)
-            value_As = later.value_As + weight * (limit.value_As - missed_As)
-            sums.append(Limit(value_As, later.price_A - weight * limit.price_A, full=False))
-    return sums
