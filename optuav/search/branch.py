@@ -24,7 +24,8 @@ from optuav.search.terrain import Boxes, Pattern, Terrain, joined
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; a proof leaves a gap of twice that."""
 PLANS_AT_ONCE = 32  # Sequences for which plans are made together first; then twice as many
-MOST_BOXES = 1_000_000  # Boxes that are looked at where no time limit is given: some ten seconds
+MOST_PLANS = 1000  # Sequences that get plans before all are looked at as boxes
+MOST_BOXES = 200_000  # Boxes that are looked at where no time limit is given: some ten seconds
 AT_ONCE = 1 << 14  # Boxes that are looked at together
 INTERRUPTED = "was interrupted"  # Why a search ended early at Ctrl-C
 
@@ -87,7 +88,9 @@ class _BranchAndBound:
         try:
             self._bound(kinds)
             begun = True
-            self._plan()
+            self._plan(MOST_PLANS)
+            self._look()
+            self._plan(np.inf)
             self._divide()
         except _EarlyEnd as reason:
             ended = str(reason)
@@ -113,16 +116,27 @@ class _BranchAndBound:
                     self.waiting.append(roots)
                     self._go_on()
 
-    def _plan(self) -> None:
-        """Plan all sequences that may hold a better plan, in falling order of their bounds."""
-        count = PLANS_AT_ONCE
-        while self.waiting:
+    def _plan(self, most: float) -> None:
+        """Plan sequences that may hold a better plan, in falling order of their bounds."""
+        count, planned = PLANS_AT_ONCE, 0
+        while self.waiting and planned < most:
             tops_s = [roots.bound_s.max(initial=-np.inf) for roots in self.waiting]
-            roots = self._promising(self.waiting[int(np.argmax(tops_s))])
-            self.waiting[int(np.argmax(tops_s))] = self._planned(roots, count)
+            first = int(np.argmax(tops_s))
+            roots = self._promising(self.waiting[first])
+            planned += min(count, len(roots))
+            self.waiting[first] = self._planned(roots, count)
             self.waiting = [roots for roots in self.waiting if len(roots)]
-            count = min(2 * count, AT_ONCE)
+            count *= 2
             self._go_on()
+
+    def _look(self) -> None:
+        """Drop or cut whole sequences."""
+        for number, roots in enumerate(self.waiting):
+            left = self._looked_at(self._promising(roots))
+            self.waiting[number] = left.take(np.argsort(-left.bound_s, kind="stable"))
+        for _ in range(len(self.open)):
+            self._keep(self._looked_at(self._promising(self.open[0])))
+            self.open.popleft()
 
     def _planned(self, roots: Boxes, count: int = PLANS_AT_ONCE) -> Boxes:
         """Plan the first sequences, which then are open; the others are returned."""
@@ -149,13 +163,8 @@ class _BranchAndBound:
         """Cut the open boxes until none is left, the largest first."""
         budget = self.examined + (MOST_BOXES if self.time_limit_s == np.inf else np.inf)
         kinds = sorted({boxes.pattern for boxes in self.open})
-        self.waiting = [
-            joined([some for some in self.open if some.pattern == kind]) for kind in kinds
-        ]
-        self.open.clear()
-        while self.waiting:
-            self._keep(self._looked_at(self._promising(self.waiting[-1])))
-            self.waiting.pop()
+        parts = ([some for some in self.open if some.pattern == kind] for kind in kinds)
+        self.open = deque(joined(each) for each in parts)
         while self.open:
             if self.examined > budget:
                 raise _EarlyEnd(f"ended after {self.examined} boxes")
@@ -226,4 +235,4 @@ class _BranchAndBound:
     def _bound_s(self) -> float:
         """Hover time that no plan exceeds [s]: the largest bound of a sequence with open boxes."""
         left = (boxes.bound_s.max(initial=-np.inf) for boxes in (*self.waiting, *self.open))
-        return max([self.longest_s + TIE_S, *left])
+        return float(max([self.longest_s + TIE_S, *left]))

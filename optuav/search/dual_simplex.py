@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 
 TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
 LEAST_PIVOT = 1e-11  # Smaller coefficients count as 0
@@ -74,7 +74,9 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
     return Optima(value, np.maximum(x, 0.0), complete)
 
 
-def _exchange(table: Floats, basic: Floats, other: Floats, row: Floats, column: Floats) -> None:
+def _exchange(
+    table: Floats, basic: Integers, other: Integers, row: Integers, column: Integers
+) -> None:
     """Exchange the unknown of a row of the basis for that of a column, in place."""
     at = np.arange(table.shape[2])
     pivot = table[row, column, at]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, Integers
 from optuav.search.dual_simplex import TOLERANCE, dual_simplex
 from optuav.search.plans import margins
 from optuav.search.terrain import Boxes, Terrain
@@ -56,7 +56,7 @@ def improved(terrain: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
     return stays_s
 
 
-def _linear(terrain: Terrain, places: Floats, stays_s: Floats) -> tuple[Floats, Floats]:
+def _linear(terrain: Terrain, places: Integers, stays_s: Floats) -> tuple[Floats, Floats]:
     """Distances to the limits (limit, plan) [A s], and what a stay adds (limit, stop, plan) [A]."""
     stops, count = stays_s.shape
     moved_s = np.repeat(stays_s[:, None], stops + 1, axis=1)

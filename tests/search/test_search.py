@@ -299,6 +299,21 @@ def test_stops_far_from_the_hover_are_chosen_last(monkeypatch: pytest.MonkeyPatc
     assert sum(bounded) < 4 * 10**3
 
 
+@pytest.mark.parametrize(("most", "at_once"), [(1, 1), (40, 7)])
+def test_no_sequence_is_lost_where_few_are_planned(
+    most: int, at_once: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Boxes find the plans that were not made before them: 742.834 s and 605.456 s."""
+    monkeypatch.setattr(branch, "MOST_PLANS", most)
+    monkeypatch.setattr(branch, "PLANS_AT_ONCE", at_once)
+    for deadline_s, hovers, hover_s in ((2400, 2, 742.834), (1200, 1, 605.456)):
+        mission = optuav.load("paper").replace({"limits.deadline_s": deadline_s})
+        found = search(terrain_of(mission), 2, hovers)
+        assert found.stops is not None
+        assert found.stops.hover_s == pytest.approx(hover_s, abs=5e-4)
+        assert found.bound_s <= found.stops.hover_s + 2.0 * TIE_S
+
+
 def test_a_last_rest_may_lift_the_charge() -> None:
     """Before a rest, less than min_soc may be left: only the end of the flight must have it."""
     mission = optuav.load("matrice350").replace(SLOW)
