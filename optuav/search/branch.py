@@ -24,6 +24,7 @@ from optuav.search.terrain import Boxes, Pattern, Terrain, joined
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; a proof leaves a gap of twice that."""
 PLANS_AT_ONCE = 32  # Sequences for which plans are made together first; then twice as many
+MANY = 4000  # Sequences from which on the rules of boxes, quicker for many, come before programmes
 MOST_PLANS = 1000  # Sequences that get plans before all are looked at as boxes
 MOST_BOXES = 200_000  # Boxes that are looked at where no time limit is given: some ten seconds
 AT_ONCE = 1 << 14  # Boxes that are looked at together
@@ -108,10 +109,13 @@ class _BranchAndBound:
                 for first in range(0, len(some), AT_ONCE):
                     roots = some.take(slice(first, first + AT_ONCE))
                     self.examined += len(roots)
+                    many = len(roots) > MANY
+                    if many and self.best is not None:
+                        roots = possible(self.terrain, roots, self._to_beat_s(roots))
                     roots = self._bounded(roots)
                     roots = roots.take(np.argsort(-roots.bound_s, kind="stable"))
-                    if len(roots) and roots.bound_s[0] > most_s + TIE_S:
-                        most_s = float(roots.bound_s[0])
+                    if len(roots) and (many or roots.bound_s[0] > most_s + TIE_S):
+                        most_s = max(most_s, float(roots.bound_s[0]))
                         roots = self._planned(roots)
                     self.waiting.append(roots)
                     self._go_on()
