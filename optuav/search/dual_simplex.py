@@ -14,6 +14,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 
 TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
+IMPOSSIBLE = 1e-6  # Violation of a row, beyond rounding, that no point can mend
 LEAST_PIVOT = 1e-11  # Smaller coefficients count as 0
 EXCHANGES = 10  # Largest number of exchanges, as a multiple of the number of rows
 
@@ -56,9 +57,10 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
         enters = entries < -LEAST_PIVOT
         steps = np.where(enters, table[-1, :-1], np.inf) / np.where(enters, -entries, 1.0)
         column = steps.argmin(axis=0)
-        void = lacks & ~enters.any(axis=0)
+        stuck = lacks & ~enters.any(axis=0)
+        void = stuck & (table[row, -1, column_of] < -IMPOSSIBLE)
         stops = table[-1, -1] <= enough[left]
-        ends = ~lacks | void | stops | (exchange == EXCHANGES * count)
+        ends = ~lacks | stuck | stops | (exchange == EXCHANGES * count)
         if ends.any():
             at, ended = left[ends], table[:-1, -1, ends]
             value[at] = np.where(void[ends], -np.inf, table[-1, -1, ends])
