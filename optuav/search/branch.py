@@ -27,6 +27,7 @@ PLANS_AT_ONCE = 32  # Sequences for which plans are made together first; then tw
 MANY = 4000  # Sequences from which on the rules of boxes, quicker for many, come before programmes
 MOST_PLANS = 1000  # Sequences that get plans before all are looked at as boxes
 MOST_BOXES = 200_000  # Boxes that are looked at where no time limit is given: some ten seconds
+GAP_HALVINGS = 6  # Halvings of the gap that so many boxes leave
 AT_ONCE = 1 << 14  # Boxes that are looked at together
 INTERRUPTED = "was interrupted"  # Why a search ended early at Ctrl-C
 
@@ -82,7 +83,7 @@ class _BranchAndBound:
         # Sequences without a plan yet, in falling order of their bounds, and boxes of the others.
         self.waiting = list[Boxes]()
         self.open = deque[Boxes]()
-        self.examined = 0
+        self.examined, self.most_s = 0, np.inf
 
     def run(self, kinds: Iterable[Pattern]) -> SearchResult:
         ended, begun = "", False
@@ -171,9 +172,22 @@ class _BranchAndBound:
         self.open = deque(joined(each) for each in parts)
         while self.open:
             if self.examined > budget:
+                self._close_in()
                 raise _EarlyEnd(f"ended after {self.examined} boxes")
             self._keep(self._looked_at(self.open[0].halves()))
             self.open.popleft()
+
+    def _close_in(self) -> None:
+        """Lower the bound by halving over hover times that the open boxes allow."""
+        low_s, self.most_s, left = max(self.longest_s, 0.0), self._bound_s(), [*self.open]
+        for _ in range(GAP_HALVINGS):
+            middle_s = 0.5 * (low_s + self.most_s)
+            high = (boxes.take(boxes.bound_s >= middle_s) for boxes in left)
+            passed = [possible(self.terrain, each, np.full(len(each), middle_s)) for each in high]
+            if any(map(len, passed)):
+                low_s, left = middle_s, [boxes for boxes in passed if len(boxes)]
+            else:
+                self.most_s = middle_s
 
     def _keep(self, boxes: Boxes) -> None:
         """Add boxes to the open ones, in groups of at most `AT_ONCE`."""
@@ -239,4 +253,4 @@ class _BranchAndBound:
     def _bound_s(self) -> float:
         """Hover time that no plan exceeds [s]: the largest bound of a sequence with open boxes."""
         left = (boxes.bound_s.max(initial=-np.inf) for boxes in (*self.waiting, *self.open))
-        return float(max([self.longest_s + TIE_S, *left]))
+        return max(self.longest_s + TIE_S, min(float(max([-np.inf, *left])), self.most_s))
