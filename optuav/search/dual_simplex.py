@@ -14,8 +14,8 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 
 TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
-IMPOSSIBLE = 1e-6  # Violation of a row, beyond rounding, that no point can mend
-LEAST_PIVOT = 1e-11  # Smaller coefficients count as 0
+IMPOSSIBLE = 1e-5  # Violation of a row, beyond rounding, that no point can mend
+LEAST_PIVOT = 1e-9  # Smaller coefficients count as 0
 EXCHANGES = 10  # Largest number of exchanges, as a multiple of the number of rows
 
 

@@ -60,8 +60,8 @@ def bounded(terrain: Terrain, boxes: Boxes, enough_s: Floats) -> Bounds:
 def rows_of(terrain: Terrain, boxes: Boxes) -> tuple[Floats, Floats]:
     """Rows (row, unknown, box) · x ≤ limits (row, box) that all plans of boxes keep.
 
-    Unknowns are the stays [s] and, where charging tapers, the charge that each refuses [A s]. The
-    first row is the deadline.
+    Unknowns are the stays [s] and, where charging tapers, the charge that each refuses, in seconds
+    of its current. The first row is the deadline.
     """
     battery, stops = terrain.battery, len(boxes.pattern)
     legs = Flown(*(table[-1][boxes.places[:-1], boxes.places[1:]] for table in terrain.leg_maps))
@@ -76,7 +76,7 @@ def rows_of(terrain: Terrain, boxes: Boxes) -> tuple[Floats, Floats]:
     gained, stay = before * current_A, np.repeat(np.eye(stops)[:, :, None], len(boxes), axis=2)
     most_As = np.full_like(current_A, battery.capacity_As)
     if terrain.tapers:
-        gained = np.hstack([gained, -before])
+        gained = np.hstack([gained, -before * np.maximum(current_A, 0.0)])
         before, stay = (np.hstack([rows, np.zeros_like(rows)]) for rows in (before, stay))
         most_As = enveloped(terrain, boxes, legs).most_As
     least_As = [*[terrain.least_on_landing_As] * stops, terrain.least_charge_As]

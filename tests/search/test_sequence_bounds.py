@@ -76,7 +76,7 @@ def boxes_around(
 
 
 def refused(known: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
-    """Charge that tapering stays refuse (stop, plan) [A s], stage by stage."""
+    """Charge that tapering stays refuse (stop, plan), in seconds of their current."""
     amounts, step = np.zeros_like(stays_s), kibam.STEPS["taper" if known.tapers else "constant"]
     battery = known.battery
     for plan in range(len(boxes)):
@@ -90,7 +90,8 @@ def refused(known: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
                 amps, time_s = known.stay_current_A[leg[1]], stays_s[stop, plan]
                 wells, before = step(battery, wells, Stage(amps, time_s)), wells
                 gained_As = wells.total_As - before.total_As
-                amounts[stop, plan] = amps * time_s - gained_As
+                if amps > 0.0:
+                    amounts[stop, plan] = time_s - gained_As / amps
     return amounts
 
 
