@@ -54,7 +54,11 @@ def bounded(terrain: Terrain, boxes: Boxes, enough_s: Floats) -> Bounds:
     sure_s = boxes.low_s[hovers].sum(axis=0) + ROUNDING_S
     left = limits - (rows[:, :stops] * boxes.low_s).sum(axis=1)
     found = dual_simplex(rows, left, worth, enough_s - sure_s)
-    return Bounds(found.value + sure_s, found.x[:stops] + boxes.low_s)
+    hover_s = found.value + sure_s
+    if terrain.tapers:
+        # Rounding of many exchanges may hide the plans of a small box: none is called empty.
+        hover_s = np.where(hover_s > -np.inf, hover_s, boxes.high_s[hovers].sum(axis=0))
+    return Bounds(hover_s, found.x[:stops] + boxes.low_s)
 
 
 def rows_of(terrain: Terrain, boxes: Boxes) -> tuple[Floats, Floats]:
