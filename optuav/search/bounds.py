@@ -10,7 +10,8 @@ within 0 ≤ y1 ≤ ωB can have. They are
    to phase with the duration that is best or worst for each, enclose all its plans. A box is
    dropped where the largest y1 is below 0, the least above ωB, or the largest y below η0 B at the
    end, or at any landing if η0 holds there. Between phases the envelopes are cut back to
-   0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + (1−ω)B, which all its plans keep.
+   0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + y2, which all its plans keep, with the largest y2: that of wells
+   which both are the largest, and hold y1 = ωB once it is reached.
 3. *Trading.* One corner of a box has the longest rests and the shortest hovers. The time rule makes
    a plan give up at least s_R of these rests and add at least s_H to these hovers. A second of stay
    i more or less changes y1 after a later phase, by τ, by
@@ -18,8 +19,7 @@ within 0 ≤ y1 ≤ ωB can have. They are
    interval arithmetic bounds that price over the box. The charge at the end is a limit as well,
    where a second of a stay is worth its current. So a limit loses against the corner at least the
    cheapest way to do so by its prices (a knapsack of fractions), and no stay is further from the
-   corner than its own loss allows, which cuts the box. A sum of limits with weights ≥ 0 is a limit
-   as well: sums of limits on y1 ≥ 0 and y1 ≤ ωB that cancel the price of a rest.
+   corner than its own loss allows, which cuts the box.
 
 Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
 holds no more than the one of the same times that does not (`optuav.physics.kibam`), so no hover
@@ -31,16 +31,25 @@ may then pass y1 = ωB.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
+from optuav.physics.kibam import (
+    Battery,
+    Shift,
+    Stage,
+    Tilted,
+    Wells,
+    levelling,
+    tapered,
+    tilted_after,
+)
 from optuav.physics.quantity import TINY
-from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
+from optuav.search.terrain import LEAST_VIOLATION, ORIGIN, Boxes, Flown, Terrain
 
 
 def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
@@ -57,17 +66,15 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     none_s = np.zeros(len(boxes))
     width_s = high_s - low_s
     near_s, far_s = width_s.copy(), width_s.copy()
-    promise = np.full(len(boxes), np.inf)
-    rounding_As = ROUNDING * terrain.battery.capacity_As
-    limits = [*_limits(terrain, boxes, legs, low_s, high_s)]
-    sums = _against_full(limits, rests, width_s) if overfull.any() else []
-    for limit in (*limits, *sums):
+    spare_As = np.full(len(boxes), np.inf)
+    rounding_As = LEAST_VIOLATION * terrain.battery.capacity_As
+    for limit in _limits(terrain, boxes, legs, low_s, high_s):
         needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
         moves_s = far_s if limit.full else near_s
         groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
         losses = [_cheapest(limit.price_A[g], width_s[g], need_s) for g, need_s in groups]
         room_As = limit.value_As + rounding_As - sum(losses)
-        promise = np.minimum(promise, room_As)
+        spare_As = np.minimum(spare_As, room_As)
         for (group, _), loss_As in zip(groups, losses, strict=True):
             price_A = limit.price_A[group]
             earned_As = np.minimum(price_A * width_s[group], 0.0).sum(axis=0)
@@ -78,9 +85,9 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
         np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
         np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
     )
-    alive = (promise >= 0.0) & (low_s <= high_s).all(axis=0)
+    alive = (spare_As >= 0.0) & (low_s <= high_s).all(axis=0)
     pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
-    cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
+    cut = replace(boxes, low_s=low_s, high_s=high_s, pulled=pulled)
     return cut if alive.all() else cut.take(alive)
 
 
@@ -97,7 +104,7 @@ def passable(
     low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
     boxes = replace(boxes, low_s=low_s, high_s=high_s).take(alive)
     legs, hover_s = Flown(*(leg[:, alive] for leg in legs)), hover_s[alive]
-    alive, overfull = _enveloped(terrain, boxes, legs)
+    alive, overfull, _ = enveloped(terrain, boxes, legs)
     legs = Flown(*(leg[:, alive] for leg in legs))
     return boxes.take(alive), legs, hover_s[alive], overfull[:, alive]
 
@@ -128,17 +135,32 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     return np.asarray((price * taken).sum(axis=0))
 
 
-def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, Booleans]:
-    """Test if envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
+class Envelopes(NamedTuple):
+    """What the envelopes of boxes say."""
+
+    alive: Booleans  # Whether they leave a box possible (box,)
+    overfull: Booleans  # Whether they pass y1 = ωB after a stay, or later (stop, box)
+    most_As: Floats  # Largest y after a stay (stop, box)
+
+
+def enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> Envelopes:
+    """The envelopes of boxes, carried along their legs."""
     battery = terrain.battery
     full, share = battery.full, battery.available_fraction
-    rounding_As = ROUNDING * battery.capacity_As
+    rounding_As = LEAST_VIOLATION * battery.capacity_As
     # Total charge and tilt.
     from_full = (boxes.places[0] == ORIGIN).all()
     most = tuple(np.full(len(boxes), charge_As) for charge_As in terrain.charge_at(boxes.places[0]))
+    bound = Tilted(*most).wells(battery).bound_As
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
+    most_As = list[Floats]()
     for stop, leg in enumerate(Flown(*values) for values in zip(*legs, strict=True)):
+        wells = Wells(share * most[0] + most[1], bound)
+        landed = tilted_after(
+            battery, Tilted.of(battery, wells), Shift(-leg.charge_As, leg.remaining, leg.tilt_As)
+        )
+        bound = landed.wells(battery).bound_As
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
         alive &= share * most[0] + most[1] >= -rounding_As
@@ -151,8 +173,10 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
         total, available = _farthest(battery, most, *stay, np.maximum)
         alive &= available >= -rounding_As
         overfull[: stop + 1] |= available > full.available_As
+        bound = _most_bound(battery, Wells(share * most[0] + most[1], bound), *stay)
         available = np.minimum(available, full.available_As)
-        total = np.minimum(total, available + full.bound_As)
+        total = np.minimum(total, available + bound)
+        most_As.append(total)
         most = total, available - share * total
         if not terrain.tapers:
             available = np.maximum(share * least[0] + least[1], 0.0)
@@ -163,7 +187,24 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
             available = np.maximum(available, 0.0)
             total = np.maximum(total, available)
             least = total, available - share * total
-    return alive, overfull
+    return Envelopes(alive, overfull, np.array(most_As))
+
+
+def _most_bound(
+    battery: Battery, most: Wells, current_A: Floats, low_s: Floats, high_s: Floats
+) -> Floats:
+    """Largest y2 [A s] after a stay of any duration between two that tapers once y1 = ωB.
+
+    While the current is constant, y2' = k'z; the tilt z is monotonic then, and positive later on.
+    """
+    full, rate = battery.full, battery.rate_per_s
+    most = Wells(*(np.minimum(well, top) for well, top in zip(most, full, strict=True)))
+    charging_A = battery.bound_fraction * current_A
+    turn = charging_A / np.minimum(charging_A - rate * Tilted.of(battery, most).tilt_As, -TINY)
+    turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
+    times_s = low_s, high_s, np.clip(turn_s, low_s, high_s)
+    ends = (tapered(battery, most, Stage(current_A, time_s)).bound_As for time_s in times_s)
+    return np.asarray(np.maximum.reduce([*ends]))
 
 
 def _farthest(
@@ -260,23 +301,3 @@ def _limits(
             yield Limit(room_As, price_A(stop + 1), full=True)
     yield Limit(total_As[0] - terrain.least_charge_As, worth_A, full=False)
     yield from landings
-
-
-def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:
-    """Sums of a limit y1 ≤ ωB after a rest and a later one that cancel the price of the rest.
-
-    Seen from the corner of long rests, y1 ≤ ωB has prices < 0: the gain from leaving that corner.
-    """
-    sums = []
-    for number, limit in enumerate(limits):
-        stay = number // 2
-        if not limit.full or stay not in rests:
-            continue
-        price_A = limit.price_A[stay]
-        missed_As = (limit.price_A * width_s).sum(axis=0)
-        for later in (other for other in limits[number + 1 :] if not other.full):
-            dear_A = np.maximum(later.price_A[stay], 0.0)
-            weight = dear_A * (price_A > TINY) / np.maximum(price_A, TINY)
-            value_As = later.value_As + weight * (limit.value_As - missed_As)
-            sums.append(Limit(value_As, later.price_A - weight * limit.price_A, full=False))
-    return sums

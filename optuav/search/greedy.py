@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, start, tilted_after, time_to_full
 from optuav.physics.roots import bisect_largest
-from optuav.search.branch import Stops
+from optuav.search.plans import Stops
 from optuav.search.terrain import (
     DESTINATION,
     FIRST_BUILDING,

@@ -17,7 +17,7 @@ from optuav.search.terrain import (
     Terrain,
 )
 
-AT_ONCE = 1 << 16  # Sequences that are made at once
+SEQUENCES_AT_ONCE = 1 << 16  # Sequences that are made at once
 STOPS_FROM_BIT = 52
 """Bits of a rank below the number of stops; more sequences than that are out of reach."""
 
@@ -86,8 +86,8 @@ def _chosen(
             return
     stop, *later = open_
     buildings = len(terrain.duration_s) - FIRST_BUILDING
-    for begin in range(0, places.shape[1] * buildings, AT_ONCE):
-        number = np.arange(begin, min(begin + AT_ONCE, places.shape[1] * buildings))
+    for begin in range(0, places.shape[1] * buildings, SEQUENCES_AT_ONCE):
+        number = np.arange(begin, min(begin + SEQUENCES_AT_ONCE, places.shape[1] * buildings))
         wider = places[:, number // buildings]
         wider[stop] = FIRST_BUILDING + number % buildings
         yield from _chosen(terrain, pattern, wider, later, to_beat_s)

@@ -7,6 +7,7 @@ k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -18,7 +19,9 @@ from optuav.physics import kibam
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
 Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
-ROUNDING = 1e-11  # Least violation of a limit that drops a box, as a share of the capacity [-]
+LEAST_VIOLATION = (
+    1e-11  # Least violation of a limit that drops a box, as a share of the capacity [-]
+)
 
 
 class Flown(NamedTuple):
@@ -102,7 +105,7 @@ class Boxes:
     # Shortest and longest stays (stop, box) [s].
     low_s: Floats
     high_s: Floats
-    promise: Floats  # How far the box is from being ruled out (box,) [A s]
+    bound_s: Floats  # Hover time that no plan of the sequence exceeds (box,) [s]
     # Whether something pulls the stay from the corner of long rests and short hovers (stop, box):
     # the deadline, the hover time to reach, or a full battery.
     pulled: Booleans
@@ -144,3 +147,9 @@ class Boxes:
         twice.high_s[widest, column] = middle_s
         twice.low_s[widest, len(self) + column] = middle_s
         return twice
+
+
+def joined(parts: Sequence[Boxes]) -> Boxes:
+    """All boxes of some of one pattern."""
+    columns = ([getattr(part, field.name) for part in parts] for field in fields(Boxes)[1:])
+    return Boxes(parts[0].pattern, *(np.concatenate(column, axis=-1) for column in columns))

@@ -189,7 +189,8 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         with suppress(SolverError):  # a search that ends early is never worse than this
             one = program.solve()
     # Among equally good plans with one rest and one hover, its own engine finds the shortest.
-    one = one if one and one.hover_time_s >= hover_s - TIE_S else None
+    if one and (one.hover_time_s < hover_s - TIE_S or (one.bound and stops and not found.ended)):
+        one = None
     hover_s = one.hover_time_s if one else hover_s
     gap_s, notes = found.bound_s - hover_s, list[str]()
     status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE

@@ -20,7 +20,8 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import stay_net
 from optuav.network.variants import as_variants
 from optuav.options import Perspective
-from optuav.search.branch import TIE_S, SearchResult, Stops
+from optuav.search.branch import TIE_S, SearchResult
+from optuav.search.plans import Stops
 from optuav.silence import silent
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import affine_charge, balance, longest_by_balance

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 import optuav
 from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
-from optuav.search.branch import TIE_S, search, slack
+from optuav.search.branch import TIE_S, search
 from optuav.search.greedy import greedy, hover_bound_s
+from optuav.search.plans import slack
 from optuav.search.terrain import Terrain
 from optuav.solving.several_stops import terrain
 from tests.examples import few

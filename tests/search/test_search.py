@@ -20,7 +20,8 @@ from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
 from optuav.search import branch
 from optuav.search.bounds import possible
-from optuav.search.branch import TIE_S, SearchResult, search, slack
+from optuav.search.branch import TIE_S, SearchResult, search
+from optuav.search.plans import slack
 from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Boxes, Pattern, Terrain, least_sums
 from optuav.solving.several_stops import terrain
@@ -209,11 +210,19 @@ def test_a_terrain_is_the_mission_in_arrays() -> None:
 
 
 @settings(few(6), deadline=None)
-@given(small, st.sampled_from([*patterns(2, 2)]), st.integers(0, 2**32 - 1))
-def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: int) -> None:
+@given(
+    small,
+    st.sampled_from([*patterns(2, 2)]),
+    st.sampled_from(["constant", "taper"]),
+    st.integers(0, 2**32 - 1),
+)
+def test_no_rule_drops_a_plan(
+    keys: dict[str, float], pattern: Pattern, charging: str, seed: int
+) -> None:
     """Random plans that the wells bear, in random boxes around them: asked for no more than their
     own hover time, every box is kept, and cut so that it still holds the plan."""
-    known = terrain_of(optuav.load("paper").replace({**keys, "limits.deadline_s": 1200.0}))
+    changes = {**keys, "limits.deadline_s": 1200.0, "battery.charging": charging}
+    known = terrain_of(optuav.load("paper").replace(changes))
     chance = np.random.default_rng(seed)
     (roots, *_) = sequences(known, pattern)
     roots = roots.take(chance.integers(0, len(roots), 400))
@@ -288,6 +297,21 @@ def test_stops_far_from_the_hover_are_chosen_last(monkeypatch: pytest.MonkeyPatc
     assert found.stops.hover_s == pytest.approx(605.456, abs=5e-4)
     assert found.bound_s == pytest.approx(least, abs=1e-6)
     assert sum(bounded) < 4 * 10**3
+
+
+@pytest.mark.parametrize(("most", "at_once"), [(1, 1), (40, 7)])
+def test_no_sequence_is_lost_where_few_are_planned(
+    most: int, at_once: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Boxes find the plans that were not made before them: 742.834 s and 605.456 s."""
+    monkeypatch.setattr(branch, "MOST_PLANS", most)
+    monkeypatch.setattr(branch, "PLANS_AT_ONCE", at_once)
+    for deadline_s, hovers, hover_s in ((2400, 2, 742.834), (1200, 1, 605.456)):
+        mission = optuav.load("paper").replace({"limits.deadline_s": deadline_s})
+        found = search(terrain_of(mission), 2, hovers)
+        assert found.stops is not None
+        assert found.stops.hover_s == pytest.approx(hover_s, abs=5e-4)
+        assert found.bound_s <= found.stops.hover_s + 2.0 * TIE_S
 
 
 def test_a_last_rest_may_lift_the_charge() -> None:

@@ -125,7 +125,6 @@ def test_more_freedom_never_gives_less_where_the_wells_count(
     charge alone lets it.
     """
     monkeypatch.setattr(branch, "MOST_BOXES", 2_000)
-    monkeypatch.setattr(branch, "GAP_BOXES", 2_000)
     proved = 0
     for seed in seeds:
         random = np.random.default_rng(seed)

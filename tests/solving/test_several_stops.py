@@ -136,10 +136,10 @@ def test_a_search_that_ends_early_tells_the_gap(monkeypatch: pytest.MonkeyPatch)
     """A plan that is feasible, and a bound that holds: the optimum is 605.456 s."""
     clock = itertools.count()
     monkeypatch.setattr(branch.time, "monotonic", lambda: float(next(clock)))
-    plan = available(PAPER, stops=2, time_limit_s=40.0)
+    plan = available(PAPER, stops=2, time_limit_s=9.0)
     assert plan.status is Status.FEASIBLE
     assert 0.0 < plan.hover_time_s <= 605.4559 <= plan.bound
-    assert "ended after 40 s; not proved to be best" in plan.notes[0]
+    assert "ended after 9 s; not proved to be best" in plan.notes[0]
 
 
 def test_an_interruption_returns_the_best_so_far() -> None:
@@ -147,7 +147,7 @@ def test_an_interruption_returns_the_best_so_far() -> None:
     calls = itertools.count()
 
     def told(best_s: float, examined: int, left: int) -> None:
-        if next(calls) == 60:
+        if next(calls) == 24:
             raise KeyboardInterrupt
 
     plan = available(PAPER, stops=2, hovers=2, progress=told)
@@ -162,7 +162,6 @@ def test_the_budget_of_boxes_leaves_a_gap_that_covers_the_optimum(
 ) -> None:
     """What is open is bounded again: nothing is lost between the best plan and the bound."""
     monkeypatch.setattr(branch, "MOST_BOXES", 20)
-    monkeypatch.setattr(branch, "BEAM_LEVELS", 2)
     plan = available(PAPER.replace({"limits.deadline_s": 2400.0}), stops=1, hovers=2)
     bound_s = float(plan.proof.rsplit("longer than ", 1)[1].split(" s")[0])
     assert plan.status is Status.FEASIBLE
@@ -170,20 +169,11 @@ def test_the_budget_of_boxes_leaves_a_gap_that_covers_the_optimum(
     assert bound_s < 2300.0
 
 
-def test_finding_the_gap_keeps_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a clock that goes on by 0.1 s with every look at boxes, a few at a time."""
-    clock_s, possible = [0.0], branch.possible
-    monkeypatch.setattr(branch, "AT_ONCE", 200)
-
-    def look(*asked: Any) -> Any:
-        clock_s[0] += 0.1
-        return possible(*asked)
-
-    monkeypatch.setattr(branch, "possible", look)
-    monkeypatch.setattr(branch.time, "monotonic", lambda: clock_s[0])
-    plan = available(PAPER.replace(LOOSE), stops=2, time_limit_s=15)
-    assert "ended after 15 s; not proved to be best" in plan.notes[0]
-    assert clock_s[0] < 15.2
+def test_a_taper_that_refuses_much_is_proved() -> None:
+    """A taper that refuses much, and wells that level slowly: proved, and flyable."""
+    plan = available(PAPER.replace(LOOSE), stops=2)
+    assert plan.status is Status.OPTIMAL
+    assert plan.flyable
 
 
 def test_a_search_that_ends_at_once_is_as_good_as_one_stop() -> None:

@@ -132,7 +132,6 @@ def test_several_stops(mission: Mission) -> None:
 def test_several_stops_that_taper(mission: Mission, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plan that is held full is found and judged so; an open gap is told."""
     monkeypatch.setattr("optuav.search.branch.MOST_BOXES", 1_000)
-    monkeypatch.setattr("optuav.search.branch.GAP_BOXES", 1_000)
     asked = {"limits.deadline_s": 8000.0, "limits.min_soc": 0.9}
     changed = mission.replace(asked)
     found = solve(changed, optuav.P1(stops=1, hovers=2))
