@@ -116,10 +116,10 @@ class ReturnTimes(Result):
         ranked = [first, *sorted(others, key=lambda row: -_leaves_s(row))]
         shown, more = ranked[:SHOWN], len(ranked) - SHOWN
         heads = ["place", "flight [s]", "by well [s]", "by charge [s]", "a", "b", "g [A s]"]
-        below = [f"and {more} more that leave less time"] if more > 0 else []
+        below = [f"and {more} more with less time"] if more > 0 else []
         yield Table(heads, [*map(_cells, shown)], below=below)
         rule = [
-            "Leave at the latest when the smaller of both times has passed after arrival.",
+            "Leave at the latest when the smaller of the two times has passed since arrival.",
             "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g.",
         ]
         for row in shown:
