@@ -158,7 +158,7 @@ class Drone(MissionSection):
     cruise_speed_m_s: Annotated[float, Range("m/s", ge=0.5, le=100)]
     """Cruise speed [m/s]."""
     reserve_percent: Annotated[float, Range("%", ge=0, le=90)] = 20.0
-    """Charge that shall be left after landing [%]."""
+    """Charge that must be left after landing [%]."""
     laser_power_W: Annotated[float, Range("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
     battery: BatteryName = "lipo"
@@ -292,9 +292,9 @@ class Datasheet(Drone):
     cruise_min: Minutes | None = None
     """Flight time at cruise speed until empty; without it the hover time [min]."""
     hover_power_W: Watts | None = None
-    """In place of hover_min, the power in hover without payload [W]."""
+    """Instead of hover_min: power in hover without payload [W]."""
     cruise_power_W: Watts | None = None
-    """In place of cruise_min, the power at cruise speed without payload [W]."""
+    """Instead of cruise_min: power at cruise speed without payload [W]."""
 
     @classmethod
     def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:

@@ -198,7 +198,7 @@ def test_the_help_says_that_the_file_is_run() -> None:
     for command in COMMANDS:
         words = " ".join(run(command, "--help").out.replace("│", " ").split())
         assert "FILE.py:CLASS for your own" in words
-        assert "with your rights: take none that you do not trust" in words
+        assert "with your rights: use only files that you trust" in words
 
 
 def test_fields_of_problems_of_the_paper_are_options() -> None:
