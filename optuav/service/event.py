@@ -116,7 +116,7 @@ class Event(Result):
         yield turns_table(["drone", "from [s]", "hover [s]", "rest [s]"], self.rows)
 
     def pictures(self) -> Pictures:
-        """Yield a bar per drone, and below who covers."""
+        """Yield a bar per drone, and below when one is on station."""
         from optuav.plots.fleets import Turn, courses_drawn
 
         out, _, back, *_ = self.plans[0].phases
