@@ -187,9 +187,9 @@ class Fault:
     key
         Dotted name of the field, for example ``"limits.min_soc"``; empty for the input as a whole.
     value
-        The offending value as a short text; empty for a missing key.
+        The refused value as a short text; empty for a missing key.
     allowed
-        What would have been accepted, in words.
+        Allowed values, in words.
     source
         File, option or argument that stated the value.
 
@@ -215,12 +215,12 @@ class Fault:
 
 
 class InputError(OptuavError, ValueError):
-    """Input that cannot be used: `faults` has all that is wrong, the message the first of it.
+    """Input that cannot be used: `faults` lists every fault, and the message shows the first ones.
 
     Parameters
     ----------
     faults
-        All that is wrong, at least one; or a sentence on the input as a whole.
+        Every fault, at least one; or a sentence on the input as a whole.
 
     Examples
     --------
@@ -261,7 +261,7 @@ def collected(faults: list[Fault]) -> Iterator[None]:
 
 
 class NoPlanError(OptuavError):
-    """A time or a state was asked of a plan that does not exist.
+    """A time or state of a plan was requested, but there is no plan.
 
     Examples
     --------

@@ -58,7 +58,7 @@ class Kind:
 
 
 def register(thing: Thing) -> Thing:
-    """Make something of your own known by its name, wherever names of the package are.
+    """Register a class, function or instance of your own under its name, like those of the package.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def register(thing: Thing) -> Thing:
 
 
 def unregister(name: str) -> None:
-    """Take out what was registered under a name, of any kind.
+    """Remove everything that was registered under a name.
 
     Parameters
     ----------

@@ -150,7 +150,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
         as ``current_mA`` or ``lifetime_min``.
     never_longer
         Whether the capacity is scaled down until no fitted lifetime is longer than measured, and by
-        1 % more, for plans that shall be flown. Wells whose rate is unknown then settle in 30 s.
+        1 % more, for plans that will be flown. Wells whose rate is unknown then settle in 30 s.
 
     Returns
     -------

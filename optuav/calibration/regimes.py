@@ -66,7 +66,7 @@ class Samples(NamedTuple):
 
 
 def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
-    r"""Find the loads of flight, hover, rest and charging, the acceleration and the speed cap.
+    r"""Fit the loads of flight, hover, rest and charging, the acceleration and the speed cap.
 
     Parameters
     ----------

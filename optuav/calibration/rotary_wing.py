@@ -34,7 +34,7 @@ AIR_KG_M3 = 1.225
 
 
 def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
-    r"""Find the coefficients of the power over air speed.
+    r"""Fit the coefficients of the power against airspeed.
 
     Parameters
     ----------

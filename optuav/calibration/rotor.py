@@ -53,7 +53,7 @@ LEAST_RESIDUAL = 1e-9  # standard deviation of a quantity, over its largest valu
 
 
 def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
-    r"""Find the constants of a rotor.
+    r"""Fit the constants of a rotor.
 
     At a steady speed v the thrust is ϱ v², the current (T_f + D_f v + κ0 v²)/κ and the voltage
     R i + κ v, κ = 9.5493/κ_V [1]_; data sheets give ϱ = C_T ρ A r², κ0 = C_Q ρ A r³ with A = π r²,

@@ -128,7 +128,7 @@ class Engine(Protocol):
         slot_s
             Length of the slots that count times [s]; None for continuous times.
         time_limit_s
-            Longest that one programme may take [s]; None for no limit. An engine that always ends
+            Time limit for one programme [s]; None for no limit. An engine that always ends
             soon may ignore it.
 
         Raises

@@ -87,14 +87,15 @@ class Audit(Judged):
 def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     """Judge a plan by simulating it from its mission, see `optuav.replay`.
 
-    Whether the plan is the best is not judged; of ``slot_s`` only that every stay is whole slots.
+    The audit does not judge whether the plan is the best; of ``slot_s`` it checks only that every
+    stay is whole slots.
 
     Parameters
     ----------
     plan
         A plan, an itinerary, or a file: a saved plan in JSON, whose figures are compared with the
         simulation, or an itinerary in TOML or JSON, which states ``schema = 1``, the ``mission``
-        and its ``[[stops]]``. A dict with the content of such a file does as well.
+        and its ``[[stops]]``. A dict with the content of such a file also works.
 
     Returns
     -------

@@ -162,7 +162,7 @@ class Drone(MissionSection):
     laser_power_W: Annotated[float, Range("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
     battery: BatteryName = "lipo"
-    """Kind of cells that gives the wells: lipo, liion or paper."""
+    """Kind of cells, which determines the wells: lipo, liion or paper."""
 
     sources: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of [flight] that follow from the fields, each with these fields."""
@@ -248,7 +248,7 @@ class Drone(MissionSection):
 
 
 class Datasheet(Drone):
-    """Datasheet of a multirotor, as its owner knows it; `mission` makes a mission of it.
+    """Datasheet of a multirotor; `mission` makes a mission of it.
 
     Parameters
     ----------
@@ -259,16 +259,16 @@ class Datasheet(Drone):
         Battery packs and cells of a pack in series, 1 to 100, one pack by default; capacity of one
         pack [mAh], 10 to 1e6.
     hover_min, cruise_min
-        Times until the battery is empty, without payload [min], 1 to 1e4: of hovering, and of
-        flight at cruise speed, by default as long.
+        Times until the battery is empty, without payload [min], 1 to 1e4: in hover, and in flight
+        at cruise speed, by default as long.
     hover_power_W, cruise_power_W
-        Power without payload [W], 1 to 1e6, in place of either time.
+        Power without payload [W], 1 to 1e6, instead of either time.
     cruise_speed_m_s, reserve_percent, laser_power_W
-        Cruise speed [m/s], 0.5 to 100; charge that shall be left after landing [%], 0 to 90, by
+        Cruise speed [m/s], 0.5 to 100; charge that must be left after landing [%], 0 to 90, by
         default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
     battery
-        Kind of cells that gives the wells: ``"lipo"`` (power pouch cells, the default), ``"liion"``
-        (21700 energy cells, up to 2 C) or ``"paper"``.
+        Kind of cells, which determines the wells: ``"lipo"`` (power pouch cells, the default),
+        ``"liion"`` (21700 energy cells, up to 2 C) or ``"paper"``.
 
     Examples
     --------

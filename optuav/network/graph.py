@@ -33,7 +33,7 @@ SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mi
 
 
 def graph(mission: Mission | str | Path) -> Graph:
-    """The network of a mission as a graph that may be edited.
+    """Return the network of a mission as a graph that you can edit.
 
     Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings, with
 
@@ -103,7 +103,7 @@ def as_graph(network: Network) -> Graph:
 
 
 def validate_graph(view: Graph) -> tuple[Fault, ...]:
-    """Everything wrong with a graph, by the contract of `graph`.
+    """Return every fault of a graph, by the contract of `graph`.
 
     Parameters
     ----------

@@ -280,7 +280,7 @@ class Ledger:
 
 
 def ledger(names: str | Collection[str] = ()) -> Ledger:
-    """Compute our values for the paper's numbers.
+    """Recompute the paper's numbers, with a verdict on each.
 
     Parameters
     ----------

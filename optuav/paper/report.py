@@ -93,7 +93,7 @@ def reproduce(
     progress: Progress | None = None,
     workers: int = 1,
 ) -> list[Path]:
-    """Make every table and figure of the paper again, and write a report.
+    """Reproduce every table and figure of the paper, and write a report.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class Stop:
     kind
         ``"rest"`` or ``"hover"``.
     duration_s
-        For how long [s], 0 to 1e7.
+        Duration [s], 0 to 1e7.
     start_s
         Start, counted from take-off [s]; None in an itinerary, where it follows.
 

@@ -46,7 +46,7 @@ class Plan(PlanData):
     slot_s
         Length of the slots [s], 0.001 to 1e7; None for continuous times.
     engine, proof
-        The engine, and how it knows that its answer is right.
+        The engine, and the proof of its answer.
     status
         Status of the problem as stated.
     binding

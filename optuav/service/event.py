@@ -69,7 +69,7 @@ class Event(Result):
     longest_hover_s
         Longest hover of the roster [s].
     calm_drones, in_calm_air
-        If hovering counts on the wind, the number of drones in calm air, None without a roster
+        If the hover depends on the wind, the number of drones in calm air, None without a roster
         there, and the same in words; else None.
 
     Examples

@@ -46,9 +46,9 @@ class Station(NamedTuple):
 
 @dataclass(frozen=True)
 class LinkBudget:
-    """Light and power on the way from the laser to a place, as its fields.
+    """Light and power at each stage from the laser to a place.
 
-    `reach_m` gives the reach of a power, `plot` a picture, `to_frame` a table.
+    `reach_m` returns the reach of a power, `plot` draws a picture, `to_frame` makes a table.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class LinkBudget:
         Light out of the source and behind its aperture [W], and the share that the air lets
         through [-].
     share, on_receiver_W
-        Mean share of what arrives that meets the receiver [-], and that light [W], before limits.
+        Mean share of the arriving light on the receiver [-], and that light [W], before limits.
     dc_W, current_A
         DC power [W] and current into the battery [A], within all limits.
     peak_irradiance_W_m2
@@ -72,7 +72,7 @@ class LinkBudget:
         Distance where the beam falls to the limit for the eye [m], and that limit [W/m²]; NaN
         if none is known. This is not a safety assessment.
     charging_limit_W
-        Largest power that the battery takes [W].
+        Largest power that the battery accepts [W].
 
     Examples
     --------
@@ -175,7 +175,7 @@ class LinkBudget:
 
 
 def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> LinkBudget:
-    """Compute light and power on the way from the laser to a place.
+    """Compute light and power at each stage from the laser to a place.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class PowerAtSpeed(TypedDict):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PowerCurve(Result):
-    """The power over air speed, one row per speed.
+    """Power against airspeed, one row per speed.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class PowerCurve(Result):
 def power_curve(
     mission: Mission | str | Path, speeds_m_s: Iterable[float] | None = None
 ) -> PowerCurve:
-    """Find the power in level flight over the air speed, and the speeds that stand out.
+    """Compute the power of level flight against airspeed, and its best speeds.
 
     Parameters
     ----------
