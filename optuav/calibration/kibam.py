@@ -245,7 +245,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
         size_As = capacity.value * factor
         fitted[0] = replace(capacity, value=size_As, origin=origin, interval=None)
     warnings += doubts
-    pause = "is stated to end in a pause, where a battery cannot run dry: its lifetime may be wrong"
+    pause = "ends in a pause, in which a battery cannot run dry: its lifetime may be wrong"
     idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
     warnings += [f"{discharge.name} {pause}" for discharge in idle]
     largest_A = max(current_A for discharge in discharges for current_A, _ in discharge.pieces)

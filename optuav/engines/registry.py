@@ -75,7 +75,7 @@ class Capability:
         if "lower bounds" in self.needs and model.open_below:
             return f"it needs a lower bound on {', '.join(model.open_below)}"
         if model.integer and not self.integer:
-            return "it takes no binary unknowns"
+            return "it does not support binary unknowns"
         if "levelling" in self.needs and not model.longest:
             return "it looks for the largest of at most two unknowns from 0, and for nothing else"
         if "levelling" in self.needs and model.unlevelled:

@@ -252,7 +252,7 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(faults)
     if not any(stated.values()):
-        words = f"at least one above 0, each {PRICE.words}; leave prices out to see counts alone"
+        words = f"at least one above 0, each {PRICE.words}; leave prices out to see only the counts"
         raise InputError([Fault("prices", "all 0", words)])
     return stated
 

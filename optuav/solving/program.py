@@ -40,7 +40,7 @@ SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
 MOST_REASONS = 10  # blocked legs that are named one by one
 ENDLESS = (
     "no constraint keeps the objective finite: "
-    "given.keep_deadline(model, label, hover, rest) states the deadline"
+    "declare the deadline with given.keep_deadline(model, label, hover, rest)"
 )
 
 

@@ -192,7 +192,7 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     Raises
     ------
     InputError
-        If the mission states no beam, or the place is unknown or out of reach of the device.
+        If the mission has no beam, or the place is unknown or out of reach of the device.
 
     Examples
     --------

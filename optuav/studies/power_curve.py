@@ -171,7 +171,7 @@ def power_curve(
     if hover is None:
         silent = FlightModel.power_over_speed
         able = [name for name, model in FLIGHTS.items() if model.power_over_speed is not silent]
-        words = f"{' or '.join(map(shown, able))}, which tells the power over the air speed"
+        words = f"{' or '.join(map(shown, able))}, which has a curve of power against airspeed"
         raise InputError([Fault("flight.model", shown(whole.flight.model), words)])
     if speeds_m_s is None:
         speeds = np.linspace(0.0, float(hover.max_speed_m_s), STEPS + 1)

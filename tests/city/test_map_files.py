@@ -160,7 +160,7 @@ def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) ->
         for table in ("gpkg_contents", "gpkg_geometry_columns"):
             base.execute(f"UPDATE {table} SET srs_id = 999999")
     base.close()
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; set it with crs")
 
 
 def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
     file = geojson(tmp_path, [({"height": 10}, polygon([*corners, corners[0]]))])
     city = read(file, crs="EPSG:25833")
     assert shapely.area(city.footprints) == pytest.approx([400], rel=2e-3)
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; set it with crs")
     lines = tmp_path / "town.geojsonl"
     lines.write_text(json.dumps(json.loads(file.read_text())["features"][0]))
     assert read(lines, crs=25833).origin == city.origin
@@ -210,7 +210,7 @@ def test_an_undefined_system_of_a_geopackage_is_none(tmp_path: Path, number: int
         for table in ("gpkg_contents", "gpkg_geometry_columns"):
             base.execute(f"UPDATE {table} SET srs_id = {number}")
     base.close()
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; set it with crs")
     assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
 
 

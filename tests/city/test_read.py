@@ -100,7 +100,7 @@ def test_a_system_that_the_file_does_not_state_is_given(tmp_path: Path) -> None:
         pyogrio.write_dataframe(
             geopandas.read_file(degrees).to_crs(25833).set_crs(None, allow_override=True), bare
         )
-    assert refusal(bare)[0].endswith("states no coordinate reference system; state it as crs")
+    assert refusal(bare)[0].endswith("has no coordinate reference system; set it with crs")
     expected, found = (read(degrees, origin=HERE), read(bare, crs="EPSG:25833", origin=HERE))
     assert shapely.hausdorff_distance(expected.footprints, found.footprints).max() < 0.01
     assert "knows" in refusal(bare, crs="EPSG:nonsense")[0]

@@ -362,9 +362,9 @@ def test_an_own_module_of_the_name_formulations_is_named(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        (["stops=2"], "--set stops=2: not a key of the mission; state the option --stops 2"),
-        (["building=b1"], "--set building=b1: not a key of the mission; state the option --build"),
-        (["hover_point="], "--set hover_point=: not a key of the mission; state the option --hove"),
+        (["stops=2"], "--set stops=2: not a key of the mission; use the option --stops 2"),
+        (["building=b1"], "--set building=b1: not a key of the mission; use the option --build"),
+        (["hover_point="], "--set hover_point=: not a key of the mission; use the option --hove"),
         (["stps=2"], "stps = 2: unknown key"),
     ],
 )

@@ -91,7 +91,7 @@ def test_a_picture_under_another_ending_is_refused_before_the_work(
 
 
 def test_a_shipped_mission_is_called_one() -> None:
-    told = "there is no such file; it is a shipped mission, optuav solve takes it"
+    told = "there is no such file; it is a shipped mission: use optuav solve"
     assert refused("audit", "paper") == f"error: paper: {told}\n"
 
 

@@ -136,20 +136,20 @@ def test_a_file_of_another_kind_is_called_by_its_name(folder: Path) -> None:
     text = 'schema = 1\nmission = "paper"\nstops = []\n'
     (folder / "stops.toml").write_text(text, "utf-8")
     (folder / "own.toml").write_text('schema = 1\nextends = "stops.toml"\n', "utf-8")
-    plan = "is a saved plan; optuav show and optuav audit take it"
-    itinerary = "is an itinerary, not a mission; optuav audit takes it"
+    plan = "is a saved plan: use optuav show or optuav audit"
+    itinerary = "is an itinerary, not a mission: use optuav audit"
     for command in ("solve", "validate"):
         assert refused(command, "plan.json") == f"error: plan.json: {plan}\n"
         assert refused(command, "stops.toml") == f"error: stops.toml: {itinerary}\n"
     assert itinerary in refused("show", "own.toml")
     for file, words in {
-        "town.toml": "is a mission, not a saved plan; optuav solve and validate take it",
-        "own.toml": "is a mission, not a saved plan; optuav solve and validate take it",
-        "stops.toml": "is an itinerary, not a saved plan; optuav audit takes it",
+        "town.toml": "is a mission, not a saved plan: use optuav solve or validate",
+        "own.toml": "is a mission, not a saved plan: use optuav solve or validate",
+        "stops.toml": "is an itinerary, not a saved plan: use optuav audit",
     }.items():
         told = refused("sensitivity", "paper", "--plan", file)
         assert told == f"error: {file}: {words}\n"
-    words = "is a mission, not an itinerary; optuav solve and validate take it"
+    words = "is a mission, not an itinerary: use optuav solve or validate"
     assert refused("audit", "town.toml") == f"error: town.toml: {words}\n"
 
 

@@ -79,7 +79,7 @@ def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, conte
         (HEAD + "battery.packs = " + "9" * 400, "a whole number, 1 <= x <= 1000"),
         (
             HEAD + "limits.deadline_s = 1\nlimits.deadline_s = 2",
-            "key or a table is stated twice",
+            "key or a table appears twice",
         ),
         (HEAD + 'description = "\\ud800"', "not TOML"),
         (HEAD + 'name = "\\u0000"', "name = '\\x00': a string of 1 to 200 printable characters"),

@@ -361,7 +361,7 @@ def test_a_key_of_a_table_that_is_missing_is_one_fault() -> None:
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays(PAPER.replace({"laser": None}), {"laser.power_W": [900.0]})
     (fault,) = caught.value.faults
-    assert str(fault).startswith("laser.power_W: the mission states no laser")
+    assert str(fault).startswith("laser.power_W: the mission has no laser")
 
 
 def test_rows_that_belong_together_have_one_length() -> None:
