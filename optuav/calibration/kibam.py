@@ -187,7 +187,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path], *, never_longer: bool = 
     doubts = [words for _, of_file in of_files for words in of_file]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
-        words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
+        words = f"must have at least {LEAST_DISCHARGES} discharges; there are {count}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     lifetimes_s = np.array([discharge.lifetime_s for discharge in discharges])
 

@@ -114,7 +114,7 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
         if np.sum(own := samples.phase == phase) >= ENOUGH
     }
     if not loads.keys() & {"flight", "hover"}:
-        words = f"at least {ENOUGH} samples of flight or of hover"
+        words = f"must have at least {ENOUGH} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))
     motion, panels, remarks = _motion(samples, legs)
@@ -184,7 +184,7 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     faults = [*csv.record_faults(log), *csv.gaps(log)]
     if not faults and (len(current_A) < ENOUGH or not np.any(current_A > 0.0)):
         rest = "; ".join(left_out)
-        words = f"at least {ENOUGH} lines of known values, some current above 0; {rest}"
+        words = f"must have at least {ENOUGH} lines of known values, some current above 0; {rest}"
         faults.append(Fault("", "", words, log.source))
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"

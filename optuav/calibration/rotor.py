@@ -111,7 +111,7 @@ def _checked(table: csv.Measurements) -> csv.Measurements:
     for name, values in table.numbers.items():
         faults += table.faults(values <= 0.0, name, "above 0")
     if "radius" in table.numbers and (lines := len(table.lines)) > 1:
-        faults.append(Fault("lines", f"{lines}", "1: a single propeller", table.source))
+        faults.append(Fault("lines", f"{lines}", "must be 1: a single propeller", table.source))
     if "speed" in table.numbers:
         faults += table.few("speed", LEAST_POINTS)
     refuse(faults)

@@ -144,7 +144,7 @@ def placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
     if frame.crs is not None and frame.crs.name in UNDEFINED:
         frame = frame.set_crs(None, allow_override=True)
     if stated is None and frame.crs is None:
-        raise refusal(file, "has no coordinate reference system; set it with crs")
+        raise refusal(file, "has no coordinate reference system; state it as crs")
     if stated is None and not _is_of_maps(frame.crs):
         raise refusal(file, f"states {shown(frame.crs.name)}, which is not a system of maps")
     if stated is not None and frame.crs not in (None, stated):

@@ -220,7 +220,12 @@ def refuse_contradictions(plan: Plan, data: Mapping[str, Any], source: str) -> N
     """Refuse the data of a file whose repeated figures contradict its phases."""
     follows = plan.to_dict() if data else {}
     refuse(
-        Fault(name, shown(data[name]), f"{shown(follows[name])} follows from the phases", source)
+        Fault(
+            name,
+            shown(data[name]),
+            f"must be {shown(follows[name])}, as follows from the phases",
+            source,
+        )
         for name in DERIVED
         if name in data and data[name] != follows[name]
     )

@@ -377,7 +377,7 @@ def test_a_setting_that_is_an_option_is_named_as_written(settings: list[str], wo
 def test_a_latitude_out_of_range_is_one_error() -> None:
     """Beside it, the longitude is not asked for; without a fault it is."""
     (line,) = run("show", "paper", "--set", "earth.latitude_deg=91").err.splitlines()
-    assert line == "error: earth.latitude_deg = 91: a number, |x| <= 90 [deg]"
+    assert line == "error: earth.latitude_deg = 91: must be a number, |x| <= 90 [deg]"
     assert (
         "earth.longitude_deg: is missing"
         in run("show", "paper", "--set", "earth.latitude_deg=9").err

@@ -87,7 +87,7 @@ def test_a_picture_under_another_ending_is_refused_before_the_work(
     monkeypatch.setattr(optuav, "audit", None)
     told = refused("audit", str(itinerary), "--plot", str(tmp_path / "pr.xyz"))
     assert told.startswith("error: --plot = ")
-    assert told.endswith("pr.xyz': a name that ends in .png\n")
+    assert told.endswith("pr.xyz': must be a name that ends in .png\n")
 
 
 def test_a_shipped_mission_is_called_one() -> None:

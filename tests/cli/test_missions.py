@@ -333,10 +333,13 @@ def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     [
         (("--from", "regimes", *SHEET[2:]), "--mass-kg: is missing; a number"),
         (("--from", "regimes", *SHEET[:8]), "or state --hover-power-W\n"),
-        (("--from", "regimes", *SHEET, "--payload-kg", "-1"), "--payload-kg = -1.0: a number"),
+        (
+            ("--from", "regimes", *SHEET, "--payload-kg", "-1"),
+            "--payload-kg = -1.0: must be a number",
+        ),
         (
             ("--from", "regimes", *SHEET, "--laser-power-W", "nan"),
-            "--laser-power-W = nan: a number",
+            "--laser-power-W = nan: must be a number",
         ),
         (SHEET[:2], "--mass-kg = 4: goes with --from regimes"),
     ],
@@ -351,7 +354,7 @@ def test_a_power_out_of_range_is_the_only_fault() -> None:
     """The time in whose place it stands is not missing."""
     asked = (*SHEET[:8], *SHEET[10:], "--hover-power-W", "1e9")
     told = refused("new", "mine.toml", "--from", "regimes", *asked)
-    assert told == "error: --hover-power-W = 1000000000.0: a number, 1 <= x <= 1e6 [W]\n"
+    assert told == "error: --hover-power-W = 1000000000.0: must be a number, 1 <= x <= 1e6 [W]\n"
 
 
 @pytest.mark.parametrize(

@@ -138,7 +138,7 @@ def test_a_bad_value_is_told_and_the_picture_stays(open_page: Open) -> None:
     field.fill("much")
     told = page.locator(".faults li")
     playwright.expect(told).to_have_text(
-        f"{KEPT}: limits.min_soc = 'much': a number, 0 <= x < 1 [-]"
+        f"{KEPT}: limits.min_soc = 'much': must be a number, 0 <= x < 1 [-]"
     )
     playwright.expect(field).to_have_attribute("aria-invalid", "true")
     assert page.locator("figure.map svg").first.inner_html() == drawn
