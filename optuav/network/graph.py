@@ -123,7 +123,7 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     ()
     >>> graph.nodes["b3"]["received_power_W"] = -1.0
     >>> print(*optuav.validate_graph(graph))
-    graph: nodes['b3'].received_power_W = -1.0: a number ≥ 0 [W] is needed
+    graph: nodes['b3'].received_power_W = -1.0: must be a number ≥ 0 [W]
     """
     import networkx
 
