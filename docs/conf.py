@@ -35,6 +35,7 @@ COPIES = {
         for path in (ROOT / "examples").glob(pattern)
     },
     ROOT / "CHANGELOG.md": DOCS / "project" / "changelog.md",
+    ROOT / "CHANGELOG-DETAIL.md": DOCS / "project" / "changes-in-detail.md",
     ROOT / "CONTRIBUTING.md": DOCS / "project" / "contributing.md",
 }
 """Pages that stand elsewhere, and where they go for Sphinx, which reads one folder."""

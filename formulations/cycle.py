@@ -13,8 +13,8 @@ class Cycle(Formulation):
     """Cycle: longest hover between rests on one building that can be repeated without end.
 
     The mission begins and ends on the building's roof, as that of ``optuav.coverage(…).plan`` does.
-    Its ``start`` plays no part: charge at the start is unknown, and the end gives it back. In
-    `battery` that is only the state of charge, in `available` both wells.
+    Its ``start`` is ignored: the initial charge is an unknown that the cycle restores. In `battery`
+    that is only the state of charge, in `available` the charge of both wells.
 
     Parameters
     ----------

@@ -150,13 +150,13 @@ class Given(Quantities):
 class Formulation(ABC):
     """A problem over the quantities of an itinerary; subclass it and write `declare`.
 
-    The problem is declared once for the direct route and, where it declares a rest, once for the
-    routes by way of a building. Fields of its own make a subclass a dataclass.
+    The problem is declared once for the direct route and, if it declares a rest, once for the
+    routes via a building. Fields of its own make a subclass a dataclass.
 
     Parameters
     ----------
     building
-        Name of the building to go by way of; None for all routes.
+        Name of the building to go via; None for all routes.
     order
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
 

@@ -15,20 +15,20 @@ class P1(Formulation):
     Parameters
     ----------
     trajectory
-        Routes to choose from: ``"optimal"`` (direct or by way of any one building), ``"direct"``,
-        ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in
-        time by way of one building); the latter two pass by the building or rest there.
+        Routes to choose from: ``"optimal"`` (direct or via any one building), ``"direct"``,
+        ``"traj1"`` (via the building nearest to the device) or ``"traj2"`` (the shortest in time
+        via one building); the latter two pass by the building or rest there.
     order
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
     hover_point
         ``"w_U"``: hover at ``route.hover_m`` of the mission, or where that is not stated at w_U of
-        the paper; ``"free"``: wherever is best within reach of the device.
+        the paper; ``"free"``: at the best point within reach of the device.
     speed
         ``"mission"``: legs fly as the mission states it; ``"free"``: each leg at the ground speed
         that is best, for flight models that have one.
     stops, hovers
-        Most rests, 0 to 10, and most pieces in which the UAV hovers, 1 to 10, in any order over
-        all places. More than one of either needs the trajectory ``"optimal"``.
+        Largest number of rests, 0 to 10, and of pieces of the hover, 1 to 10, in any order over all
+        places. More than one of either needs the trajectory ``"optimal"``.
 
     Examples
     --------

@@ -15,7 +15,7 @@ class P2(Formulation):
     Parameters
     ----------
     tight
-        Whether Δ = T_max − T_fl − T', which the paper's derivation supposes. As printed (False)
+        Whether Δ = T_max − T_fl − T', as the paper's derivation assumes. As printed (False)
         Δ is not in the objective: any feasible Δ is optimal, and the shortest mission is taken.
     trajectory, order
         Routes to choose from: ``"optimal"``, ``"direct"``, ``"traj1"`` or ``"traj2"``; and

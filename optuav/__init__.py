@@ -1,4 +1,4 @@
-"""Missions of laser-charged drones: modelled, solved with proof, and checked.
+"""Optimise missions of laser-charged drones, with proof, and check their plans.
 
 The public names load on first use, so that importing the package is quick.
 """

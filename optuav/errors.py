@@ -28,6 +28,11 @@ EXTRAS = {
     **dict.fromkeys(("geopandas", "rasterio", "pyproj"), "city"),
 }
 """The extra of ``pyproject.toml`` by package, where it has another name."""
+ALLOWED = re.compile(
+    r"(an?|one|two|three|at (least|most)|up to|true|the (name|path)|arrays|numbers|pairs|points|"
+    r"tables|values|layouts|of|in|longitude)(?!\w)|[A-Z]+[,=.]|[\"'[]"
+)
+"""How words on allowed values begin, unlike a sentence on what is wrong."""
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
 
 
@@ -160,9 +165,9 @@ class Fault:
     key
         Dotted name of the field, for example ``"limits.min_soc"``; empty for the input as a whole.
     value
-        The offending value as a short text; empty for a missing key.
+        The refused value as a short text; empty for a missing key.
     allowed
-        What would have been accepted, in words.
+        Allowed values in words, or a sentence on what is wrong.
     source
         File, option or argument that stated the value.
 
@@ -170,7 +175,7 @@ class Fault:
     --------
     >>> from optuav import Fault
     >>> print(Fault("limits.min_soc", "2", "a number, 0 <= x < 1 [-]", "town.toml"))
-    town.toml: limits.min_soc = 2: a number, 0 <= x < 1 [-]
+    town.toml: limits.min_soc = 2: must be a number, 0 <= x < 1 [-]
     """
 
     key: str
@@ -184,16 +189,17 @@ class Fault:
         key, allowed = safe_name(self.key), safe_name(self.allowed, LONGEST_WORDS)
         where = ": ".join(part for part in (source, key) if part)
         what = f" = {value}" if value and key else value
-        return f"{where}{what}: {allowed}" if where or what else allowed
+        must = "must be " if ALLOWED.match(allowed) else ""
+        return f"{where}{what}: {must}{allowed}" if where or what else allowed
 
 
 class InputError(OptuavError, ValueError):
-    """Input that cannot be used: `faults` has all that is wrong, the message the first of it.
+    """Input that cannot be used: `faults` lists every fault, and the message shows the first ones.
 
     Parameters
     ----------
     faults
-        All that is wrong, at least one; or a sentence on the input as a whole.
+        Every fault, at least one; or a sentence on the input as a whole.
 
     Examples
     --------
@@ -202,8 +208,8 @@ class InputError(OptuavError, ValueError):
     ...     optuav.load("paper").replace({"limits.min_soc": 2, "limits.deadline_s": -1})
     ... except optuav.InputError as error:
     ...     print(error)
-    limits.deadline_s = -1: a number, 0 < x <= 1e7 [s]
-    limits.min_soc = 2: a number, 0 <= x < 1 [-]
+    limits.deadline_s = -1: must be a number, 0 < x <= 1e7 [s]
+    limits.min_soc = 2: must be a number, 0 <= x < 1 [-]
     """
 
     def __init__(self, faults: Iterable[Fault] | str) -> None:
@@ -234,7 +240,7 @@ def collected(faults: list[Fault]) -> Iterator[None]:
 
 
 class NoPlanError(OptuavError):
-    """A time or a state was asked of a plan that does not exist.
+    """A time or state of a plan was requested, but there is no plan.
 
     Examples
     --------

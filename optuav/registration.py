@@ -58,7 +58,7 @@ class Kind:
 
 
 def register(thing: Thing) -> Thing:
-    """Make something of your own known by its name, wherever names of the package are.
+    """Register a class, function or instance of your own under its name, like those of the package.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def register(thing: Thing) -> Thing:
     ...     optuav.register(optuav.Grid())
     ... except optuav.InputError as error:
     ...     print(error)
-    engine = 'grid': a name of its own, none of the package
+    engine = 'grid': must be a name of its own, none of the package
     """
     kind, name = kind_of(thing)
     if not isinstance(name, str) or not NAME.fullmatch(name):
@@ -103,7 +103,7 @@ def register(thing: Thing) -> Thing:
 
 
 def unregister(name: str) -> None:
-    """Take out what was registered under a name, of any kind.
+    """Remove everything that was registered under a name.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def unregister(name: str) -> None:
     ...     optuav.unregister("my-engine")
     ... except optuav.InputError as error:
     ...     print(error)
-    name = 'my-engine': one that was registered: none
+    name = 'my-engine': must be one that was registered: none
     """
     kinds = [kind for kind in EVERY_KIND if name in [*kind.registered()]]
     if not kinds:
@@ -229,7 +229,7 @@ def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fa
             yield Fault(place, "", "must be a parameter that is given by its name")
         elif name not in known:
             choices = ", ".join(choice for choice in TABLES if choice in known)
-            words = f"a parameter must be a table of a mission: {choices}"
+            words = f"must be the name of a table of a mission: {choices}"
             yield Fault(place, "", words + nearest(name, known))
         elif (
             each.default is Parameter.empty
@@ -237,7 +237,7 @@ def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fa
             and Mission.model_fields[name].default is None
             and name not in (table, *(needs if isinstance(needs, tuple | list) else ()))
         ):
-            words = f'a mission may have no [{name}]: add it to needs = ("{name}",), or a default'
+            words = f'is not in every mission: add it to needs = ("{name}",), or a default'
             yield Fault(place, "", words)
     declared = set[str]()
     for base in kind.__mro__:

@@ -288,5 +288,5 @@ NAMED: dict[str, Callable[[Any], object]] = {
 @pytest.mark.parametrize("door", NAMED)
 def test_a_name_of_another_kind_is_refused(door: str, stated: object) -> None:
     """An array compared with a name is an array of truth values, and no answer."""
-    with pytest.raises(InputError, match=rf"{door.rpartition(' ')[2]} = .*: one of "):
+    with pytest.raises(InputError, match=rf"{door.rpartition(' ')[2]} = .*: must be one of "):
         NAMED[door](stated)

@@ -76,6 +76,15 @@ def test_versions_agree() -> None:
     assert [optuav.__version__, *citation, *changelog[:1]] == [project()["version"]] * 3
 
 
+def test_every_version_lists_its_changed_numbers() -> None:
+    """The detail has the versions of the changelog, dates included, each with this list."""
+    version = re.compile(r"^## (\[\d.*)\n", re.M)
+    _, *parts = version.split((ROOT / "CHANGELOG-DETAIL.md").read_text("utf-8"))
+    detail = dict(zip(parts[::2], parts[1::2], strict=True))
+    assert version.findall((ROOT / "CHANGELOG.md").read_text("utf-8")) == [*detail]
+    assert all("### Changed numbers\n" in text for text in detail.values())
+
+
 def tracked_texts() -> dict[str, str]:
     """Every text file that git tracks, by name."""
     git = shutil.which("git")

@@ -173,7 +173,7 @@ class Measurements:
     def few(self, column: str, least: int, *reasons: str) -> Iterator[Fault]:
         """A fault, with the reasons, if a column has too few different values."""
         if (count := len(np.unique(self.numbers[column]))) < least:
-            words = f"at least {least} different {column}s; there are {count}"
+            words = f"must have at least {least} different {column}s; there are {count}"
             yield Fault("", "", "; ".join([words, *reasons]), self.source)
 
     def doubts(self) -> Iterator[str]:
@@ -189,7 +189,7 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
     rows = csv_rows(text, source)
     first, headings = next(rows, (0, list[str]()))
     if not headings:
-        raise InputError([Fault("", "", "a header and lines of measurements", source)])
+        raise InputError([Fault("", "", "must have a header and lines of measurements", source)])
     form = max(formats, key=lambda each: len([*filter(each.named, headings)]))
     places, faults = _places(f"{source}, line {first}", headings, form)
     lines, uneven = array("l"), list[tuple[int, str]]()
@@ -222,7 +222,9 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
     blanks = {column: np.full(len(lines), math.nan) for column in form.blanks}
     numbers = blanks | {column: np.array(values) for column, values in columns.items()}
     if (count := len(lines) + len(uneven)) < form.least:
-        words = f"at least {plural(form.least, 'line')} of measurements; there are {count}"
+        words = (
+            f"must have at least {plural(form.least, 'line')} of measurements; there are {count}"
+        )
         faults.append(Fault("", "", words, source))
     refuse(faults)
     texts_kept = {column: tuple(cells) for column, cells in texts.items()}
@@ -307,12 +309,12 @@ def _places(
             continue
         if column is None:
             like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
-            words = f"a column that is known{like}; known are {', '.join(known)}"
+            words = f"must be a known column{like}; known are {', '.join(known)}"
             if (column := form.named(heading)) is not None:
-                words = f"a unit that belongs to it, {' or '.join(form.headings(column))}"
+                words = f"must have a unit that belongs to it, {' or '.join(form.headings(column))}"
             faults.append(Fault("column", shown(heading), words, source))
         elif column in columns.values():
-            faults.append(Fault(heading, "", f"a second column of {column}", source))
+            faults.append(Fault(heading, "", f"is a second column of {column}", source))
         else:
             columns[place] = column
     named = set(map(form.named, headings))

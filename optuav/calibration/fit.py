@@ -153,16 +153,16 @@ class Panel:
 
 @dataclass(frozen=True)
 class Fit(Presented):
-    """Values for a mission from data.
+    """Values for a mission, fitted to data.
 
     Parameters
     ----------
     kind
         ``"kibam"``, ``"regimes"``, ``"rotor"``, ``"rotary-wing"`` or ``"table"``.
     sources
-        The files, as they were named.
+        Names of the files.
     data
-        Their content, in a few words.
+        Content of the files, in a few words.
     values
         The values found, each with ``key``, ``value``, ``origin``, ``interval`` (its ``low`` and
         ``high`` end at a confidence of 95 %, or None), ``determined`` and ``stated``: what the data

@@ -159,7 +159,7 @@ def fit_kibam(
         AirData or DJI (CSV), each of one discharge from full to cut-off.
     never_longer
         Whether the capacity is scaled down until no fitted lifetime is longer than measured, and by
-        1 % more, for plans that shall be flown. Wells whose rate is unknown then settle in 30 s.
+        1 % more, for plans that will be flown. Wells whose rate is unknown then settle in 30 s.
     columns
         For a CSV of another program: the column that each of its headings stands for, such as
         ``{"Amps": "current_A"}``.
@@ -208,7 +208,7 @@ def fit_kibam(
     doubts = [words for _, of_file in of_files for words in of_file]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
-        words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
+        words = f"must have at least {LEAST_DISCHARGES} discharges; there are {count}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     lifetimes_s = np.array([discharge.lifetime_s for discharge in discharges])
 
@@ -266,7 +266,7 @@ def fit_kibam(
         size_As = capacity.value * factor
         fitted[0] = replace(capacity, value=size_As, origin=origin, interval=None)
     warnings += doubts
-    pause = "is stated to end in a pause, where a battery cannot run dry: its lifetime may be wrong"
+    pause = "ends in a pause, in which a battery cannot run dry: its lifetime may be wrong"
     idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
     warnings += [f"{discharge.name} {pause}" for discharge in idle]
     largest_A = max(current_A for discharge in discharges for current_A, _ in discharge.pieces)

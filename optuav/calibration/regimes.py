@@ -72,7 +72,7 @@ class Samples(NamedTuple):
 def fit_regimes(
     files: str | Path | Iterable[str | Path], *, columns: Mapping[str, str] | None = None
 ) -> Fit:
-    r"""Find the loads of flight, hover, rest and charging, the acceleration and the speed cap.
+    r"""Fit the loads of flight, hover, rest and charging, the acceleration and the speed cap.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def fit_regimes(
     }
     if not loads.keys() & {"flight", "hover"}:
         shares = "".join(f"; {words}" for log in flown for words in _notes(log))
-        words = f"at least {ENOUGH} samples of flight or of hover{shares}"
+        words = f"must have at least {ENOUGH} samples of flight or of hover{shares}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))
     motion, panels, remarks = _motion(samples, legs)
@@ -207,7 +207,7 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     faults = [*csv.record_faults(log), *csv.gaps(log)]
     if not faults and (len(current_A) < ENOUGH or not np.any(current_A > 0.0)):
         rest = "; ".join(left_out)
-        words = f"at least {ENOUGH} lines of known values, some current above 0; {rest}"
+        words = f"must have at least {ENOUGH} lines of known values, some current above 0; {rest}"
         faults.append(Fault("", "", words, log.source))
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"

@@ -39,7 +39,7 @@ OVER_GROUND = "speeds of flight logs are over ground: fly in calm air, or there 
 def fit_rotary_wing(
     files: str | Path | Iterable[str | Path], *, columns: Mapping[str, str] | None = None
 ) -> Fit:
-    r"""Find the coefficients of the power over air speed.
+    r"""Fit the coefficients of the power against airspeed.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ LEAST_RESIDUAL = 1e-9  # standard deviation of a quantity, over its largest valu
 
 
 def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
-    r"""Find the constants of a rotor.
+    r"""Fit the constants of a rotor.
 
     At a steady speed v the thrust is ϱ v², the current (T_f + D_f v + κ0 v²)/κ and the voltage
     R i + κ v, κ = 9.5493/κ_V [1]_; data sheets give ϱ = C_T ρ A r², κ0 = C_Q ρ A r³ with A = π r²,
@@ -111,7 +111,7 @@ def _checked(table: csv.Measurements) -> csv.Measurements:
     for name, values in table.numbers.items():
         faults += table.faults(values <= 0.0, name, "above 0")
     if "radius" in table.numbers and (lines := len(table.lines)) > 1:
-        faults.append(Fault("lines", f"{lines}", "1: a single propeller", table.source))
+        faults.append(Fault("lines", f"{lines}", "must be 1: a single propeller", table.source))
     if "speed" in table.numbers:
         faults += table.few("speed", LEAST_POINTS)
     refuse(faults)

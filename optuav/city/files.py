@@ -230,7 +230,7 @@ def placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
             raise refusal(file, f"{words}; state it as crs")
         frame = frame.set_crs(None, allow_override=True)
     if stated is None and frame.crs is None:
-        raise refusal(file, "states no coordinate reference system; state it as crs")
+        raise refusal(file, "has no coordinate reference system; state it as crs")
     if stated is None or _same(frame.crs, stated):
         return frame
     if frame.crs is not None:

@@ -110,7 +110,7 @@ def read(
     ...     optuav.city.read("nowhere.gpkg", level_height_m=-1)
     ... except optuav.InputError as error:
     ...     print(error)
-    level_height_m = -1: a number, 0 < x <= 1e6 [m]
+    level_height_m = -1: must be a number, 0 < x <= 1e6 [m]
     nowhere.gpkg: there is no such file
     """
     bbox = tuple(bbox.tolist()) if isinstance(bbox, np.ndarray) else bbox
@@ -267,7 +267,7 @@ def _detailed(footprints: npt.NDArray[np.object_], names: Any, file: Path) -> It
     """Yield a fault for each outline with more corners than a mission takes."""
     corners = shapely.get_num_coordinates(footprints) - 1
     for k in np.flatnonzero(corners > MOST_CORNERS):
-        words = f"an outline has {corners[k]} corners, more than {MOST_CORNERS}; simplify it"
+        words = f"has an outline with {corners[k]} corners, more than {MOST_CORNERS}; simplify it"
         yield Fault(f"feature {names[k]}", "", words, label(file))
 
 

@@ -43,7 +43,7 @@ def _stand_in(
 def program(name: str | None = None) -> Any:
     """One command with its options; or the list of all commands, each with its first line."""
     app = typer.Typer(
-        help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
+        help="Optimise missions of laser-charged drones, with proof, and check their plans.",
         epilog="Exit codes: 0 success, 1 there is no feasible plan or an audited plan cannot be "
         "flown, 2 bad input, 3 an engine failed or did not prove its answer in time.",
         no_args_is_help=True,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def check_solutions(solutions: Path, as_json: bool = False) -> None:
-    """Check solutions of the benchmark set, whoever made them, by simulating each.
+    """Simulate anyone's solutions of the benchmark set, and check each.
 
     Exit code 1 if one does not hold, 2 if the file cannot be read.
     """

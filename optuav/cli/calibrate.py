@@ -32,7 +32,7 @@ def calibrate(
     save: Path | None = None,
     plot: Path | None = None,
 ) -> None:
-    """Find parameters of a mission from measurements, and say how sure they are."""
+    """Find parameters of a mission from measurements, with confidence intervals."""
     from optuav.mission.files import must_be_new, write_text
     from optuav.mission.load import load, must_load
 

@@ -129,7 +129,7 @@ def _files(mission: Mission, remarks: Sequence[str], save: Path | None) -> dict[
         return {save or STANDARD: text.encode("utf-8")}
     if save is None:
         words = f"{len(mission.buildings)} buildings make a mission of more than the "
-        words += f"{LARGEST_TOML / 1e6:g} MB that are read: state a smaller part of the map, "
+        words += f"{LARGEST_TOML / 1e6:g} MB that optuav reads: choose a smaller part of the map, "
         raise InputError([Fault("bbox", "", f"{words}or --save, which writes them apart")])
     table = save.with_suffix(".parquet")
     content, named = geoparquet(mission.buildings, str(mission.crs), table)

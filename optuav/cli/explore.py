@@ -18,7 +18,7 @@ def explore(
 ) -> None:
     """Change a mission with sliders in the browser, and see its plan at once.
 
-    The page is served only to this machine, until Ctrl-C.
+    Only this machine can open the page. Press Ctrl-C to stop.
     """
     base = mission_of(mission, settings)
     from optuav.explorer.server import Server

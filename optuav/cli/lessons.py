@@ -18,7 +18,7 @@ SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script mu
 
 
 def lessons(directory: Path, scripts: bool = False) -> None:
-    """Copy the lessons, and the data that they read, into a directory."""
+    """Copy the lessons and their data into a directory."""
     from optuav.mission.files import make_directory, must_be_new, write_files
 
     files, faults = _files(directory, scripts=scripts), list[Fault]()

@@ -234,7 +234,7 @@ def _with_value_as_typed(fault: Fault, values: Mapping[str, Any]) -> Fault:
     """The fault of a setting that is an option by itself."""
     value, flag = values[fault.key], fault.key.replace("_", "-")
     text = "" if value is None else str(value)
-    words = f"not a key of the mission; state the option --{flag} {text}".rstrip()
+    words = f"not a key of the mission; use the option --{flag} {text}".rstrip()
     return Fault("", f"--set {fault.key}={text}", words)
 
 

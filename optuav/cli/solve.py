@@ -110,7 +110,7 @@ def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
 def explain(
     mission: str, asked: SolveOptions, settings: list[str] | None = None, as_json: bool = False
 ) -> None:
-    """Say why a plan is the best one, or why there is none and which changes would help.
+    """Explain why a plan is the best one, or why there is none and which changes would help.
 
     With --stops or --hovers, search for more stops and say what they gain, for a minute unless
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
@@ -146,7 +146,7 @@ def explain(
 def audit(
     plan: str, drone: str | None = None, as_json: bool = False, plot: Path | None = None
 ) -> None:
-    """Simulate a plan from its mission, and say whether it can be flown.
+    """Simulate a plan with only its mission, and say whether it can be flown.
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
@@ -166,7 +166,7 @@ def audit(
 
 
 def export(plan: str, file: Path, climb_m: float | None = None, force: bool = False) -> None:
-    """Write where a saved plan flies, hovers and rests on Earth, for maps and autopilots.
+    """Export a saved plan to files for maps or autopilots.
 
     A plan with rests becomes one .plan or .waypoints file per flight. Exit code 1 if there is no
     plan.
@@ -204,10 +204,10 @@ def formulate(
 ) -> None:
     """Print a problem as it is solved, with its parameters.
 
-    --lp and --mps hold one linear programme with numbers, its times continuous:
-    of several routes the one that solve takes. A file in .nl, .gms or .bar holds
-    any programme, and needs Pyomo. Exit code 1 if there is no model,
-    as no route can be flown with any deadline; solve says whether one has an answer.
+    --lp and --mps write one linear programme with its numbers and continuous times:
+    if there are several routes, the one of the best plan. A .nl, .gms or .bar file can
+    hold any programme; writing it needs Pyomo. Exit code 1 if no route can be flown
+    with any deadline, so that there is no model; solve finds whether it has an answer.
     """
     from optuav.solving.files import ENDINGS
 

@@ -96,7 +96,7 @@ def compare(
     *,
     out: StudyOptions,
 ) -> None:
-    """Compare answers in slots and in continuous times, by all engines, or plans.
+    """Compare the answers of all engines, with slots and continuous times, or compare plans.
 
     Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
@@ -142,7 +142,7 @@ def sensitivity(
     *,
     out: StudyOptions,
 ) -> None:
-    """Find which numbers matter most, and what their uncertainty means for the hover time.
+    """Find which numbers matter most, and how their uncertainty changes the hover time.
 
     Exit code 1 if the mission has no plan.
     """
@@ -160,7 +160,7 @@ def sensitivity(
 
 
 def power(mission: str, out: StudyOptions) -> None:
-    """Find the power over the air speed, and the speeds of best endurance and range."""
+    """Show the power against airspeed, and the speeds of best endurance and best range."""
     out.deliver(optuav.power_curve(out.mission(mission)))
 
 
@@ -182,7 +182,7 @@ def coverage(
     *,
     out: StudyOptions,
 ) -> None:
-    """Find the share of the day that one drone covers without end, and the fleet for more.
+    """Find the share of the time one drone covers in an endless cycle, or a fleet for more.
 
     Exit code 1 if there is no endless cycle.
     """
@@ -291,7 +291,7 @@ def size(
     *,
     out: StudyOptions,
 ) -> None:
-    """Find the drones, beams, pads, bays and packs that cover a share, by technology."""
+    """Count the drones, beams, pads, bays and packs of a fleet, for each way to charge."""
     table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
     out.deliver(table)
 
@@ -322,9 +322,9 @@ def robust(
     *,
     out: StudyOptions,
 ) -> None:
-    """Find the longest hover that can be flown wherever uncertain numbers lie in a box.
+    """Find the longest hover that can be flown with any numbers in a box of ranges.
 
-    Exit code 1 if no plan holds in the whole box, or with the chance.
+    Exit code 1 if no plan holds in the whole box, or in the share --chance of it.
     """
     from optuav.solving.question import problem_of
 
@@ -355,7 +355,7 @@ def map(
     *,
     out: StudyOptions,
 ) -> None:
-    """Find the longest hover with the device, the laser or the hover point anywhere on a grid.
+    """Map the longest hover over a grid of places for the device, the laser or the hover point.
 
     Exit code 1 if there is no plan anywhere.
     """
@@ -397,7 +397,7 @@ def sweep(
     as_json: bool = False,
     plot: Path | None = None,
 ) -> None:
-    """Solve all scenarios of a study, in parts that are kept (needs pyarrow)."""
+    """Solve all scenarios of a study, saved part by part (needs pyarrow)."""
     check_places(None, plot)
     from optuav.studies.sweep import open_sweep, planned, run
 
@@ -444,7 +444,7 @@ def _swept(done: Swept, plans: Mapping[str, int]) -> Iterator[tuple[str, str]]:
 def reproduce(
     out: Path = Path("reproduced"), only: list[str] | None = None, mission: str | None = None
 ) -> None:
-    """Make every table and figure of the paper, with a report that opens offline.
+    """Reproduce every table and figure of the paper, with a report that opens offline.
 
     Exit code 1 if the mission has no plan.
     """
@@ -469,7 +469,7 @@ def ledger(
     as_json: bool = False,
     save: Path | None = None,
 ) -> None:
-    """Compute the paper's numbers again, and say which match and why others do not."""
+    """Recompute the paper's numbers, and say which match and why others do not."""
     check_places(save, None, ".csv")
     with progress():
         entries = optuav.ledger(names or ())

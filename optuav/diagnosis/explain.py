@@ -109,7 +109,7 @@ def explain(
         With a mission only: length of the time slots [s], 0.001 to 1e7, None for continuous times;
         an `Engine` or its name, None for ``"auto"``; an edited graph from `optuav.graph`.
     time_limit_s
-        With a mission only: longest that an engine may take [s], > 0 and at most 1e9. None for no
+        With a mission only: time limit of an engine [s], > 0 and at most 1e9. None for no
         limit, but 60 s for a search for more stops.
 
     Returns

@@ -40,7 +40,7 @@ SYMBOLS = {"charge": "η ≥ η₀", "deadline": "Δ + T′ ≤ T_max − T_fl"}
 SYMBOLS |= {"dry": "y₁ ≥ 0", "overfull": "y₁ ≤ ωB"}
 """Limits in symbols, by role."""
 SEEN_S = 0.005  # Gain that two decimals show [s]
-WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
+WORTH = {"battery.packs": "one more pack", "limits.deadline_s": "one more second"}
 SAME = 1e-6  # Largest relative difference of equal times or charges
 
 
@@ -77,7 +77,7 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
         reason = "no pack is left to fly on" if turns else "the available well is empty"
     elif (full_s := plan.overfull_s) is not None:
         event = f"overfills at {full_s:.0f} s"
-        reason = "the available well is full and takes less than the plan counts on"
+        reason = "the available well is full and accepts less than the plan assumes"
     return Conclusion(f"{hover} promised", event, reason, False)
 
 
@@ -239,7 +239,7 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         if limits.deadline_s - end_s > SAME * limits.deadline_s:
             yield (
                 "limits.deadline_s",
-                KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends there"),
+                KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends then"),
             )
         left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
         if limits.keep_soc == "always":
@@ -256,12 +256,10 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         unreached = KeyWithoutEffect(0.0, None, "the laser reaches no place to stay")
         yield from ((power, unreached), (current, unreached))
     elif mission.laser.power_W >= capped_W:
-        words = f"the charging current caps at {current_A:g} A"
+        words = f"the charging current is capped at {current_A:g} A"
         yield (
             power,
-            KeyWithoutEffect(
-                capped_W, None, words if capped_W else "the mission states the current"
-            ),
+            KeyWithoutEffect(capped_W, None, words if capped_W else "the mission sets the current"),
         )
     elif most_A < current_A:
-        yield current, KeyWithoutEffect(most_A, None, f"the laser gives {most_A:.3g} A at most")
+        yield current, KeyWithoutEffect(most_A, None, f"the laser delivers at most {most_A:.3g} A")

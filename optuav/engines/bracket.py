@@ -309,7 +309,7 @@ def rows_and_tops(
             tops[k] = np.minimum(tops[k], most)
         if np.isinf(tops[k]).any():
             words = f"engine {NAME} needs a linear constraint that bounds {name}"
-            raise InputError(f"{words}: given.keep_deadline states the deadline")
+            raise InputError(f"{words}: declare the deadline with given.keep_deadline")
     usable = np.asarray(~np.isnan(tops).any(axis=0))
     tops = np.where(usable, tops, 0.0)
     exact = [form for form in forms if form.constraint or not form.relaxed]

@@ -333,7 +333,7 @@ class Casadi(OneByOne):
     accuracy
         Tolerance of IPOPT on optimality, scaled, > 0.
     iterations
-        Most that IPOPT may take from a start, ≥ 1.
+        Largest number of iterations of IPOPT from each start, ≥ 1.
 
     Examples
     --------

@@ -70,7 +70,9 @@ def installed(
         words = f"one of CVXPY's solvers that are installed: {', '.join(there)}"
         raise InputError([Fault("solver", shown(wanted), words)])
     if whole and name not in able:
-        raise InputError(f"the solver {name} takes no whole numbers; these do: {', '.join(able)}")
+        raise InputError(
+            f"the solver {name} does not support whole numbers; these do: {', '.join(able)}"
+        )
     options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
     if whole and name == "HIGHS":
         # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073), and the

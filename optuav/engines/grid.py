@@ -210,7 +210,7 @@ class Grid(OneByOne):
     Parameters
     ----------
     progress
-        Called now and then with the numbers of cells of a programme tried so far, and of all.
+        Callback for progress: receives the number of cells of a programme tried so far, and of all.
 
     Examples
     --------

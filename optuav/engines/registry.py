@@ -71,7 +71,7 @@ class Engine(ABC):
         if "lower bounds" in self.needs and model.open_below:
             return f"it needs a lower bound on {', '.join(model.open_below)}"
         if model.integer and not self.integer:
-            return "it takes no binary unknowns"
+            return "it does not support binary unknowns"
         if "levelling" in self.needs and not model.longest:
             return "it looks for the largest of at most two unknowns from 0, and for nothing else"
         if "levelling" in self.needs and model.unlevelled:
@@ -104,7 +104,7 @@ class Engine(ABC):
         slot_s
             Length of the slots that count times [s]; None for continuous times.
         time_limit_s
-            Longest that one programme may take [s]; None for no limit. An engine that always ends
+            Time limit for one programme [s]; None for no limit. An engine that always ends
             soon may ignore it.
 
         Raises

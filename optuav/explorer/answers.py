@@ -42,7 +42,7 @@ from optuav.solving.program import route_model_of
 MOST_STEPS = 16  # Steps along the longer side of a map
 EMPTY = 1e-5  # Share of the capacity that counts as an empty well
 MOST_BUILDINGS = 2_000
-SOLVE_S = 10.0  # Longest that an engine may take [s]
+SOLVE_S = 10.0  # Time limit of an engine [s]
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 91)
 RIM = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)  # A circle of radius 1

@@ -80,7 +80,7 @@ def _speed(program: Program, plan: Plan, building: str | None) -> Data:
         said = f"{words}: {speed_m_s:.1f} m/s"
         marks.append({"words": said, "speed_m_s": speed_m_s, "power_W": power_W})
     return {
-        "title": "Power over air speed",
+        "title": "Power against airspeed",
         "speed_m_s": np.round(curve.speeds_m_s, 3).tolist(),
         "power_W": np.round(curve.rotor_power_W, 1).tolist(),
         "marks": marks,

@@ -111,7 +111,7 @@ class Handler(BaseHTTPRequestHandler):
         elif self.headers.get_content_type() != "application/json":
             self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "a state is sent as JSON")
         elif not (length := self._alone("Content-Length")).isdecimal():
-            self._refuse(HTTPStatus.LENGTH_REQUIRED, "the length of the state is not stated")
+            self._refuse(HTTPStatus.LENGTH_REQUIRED, "the request has no length of the state")
         elif len(length) > LONGEST_LENGTH or (count := int(length)) > LARGEST_BYTES:
             words = f"a state has at most {LARGEST_BYTES} bytes"
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, words)

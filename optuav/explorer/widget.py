@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def explore(mission: Mission | str | Path = "paper") -> anywidget.AnyWidget:
-    """Show a mission with sliders, and its plan as they are moved, in a notebook.
+    """Show a mission with sliders in a notebook, and its plan while they move.
 
     The controls are as in ``optuav explore``: deadline, charge to be kept, capacity, laser,
     charging current, wind and question; device, laser and roofs are dragged on the map. It works in

@@ -110,7 +110,8 @@ def audit(
 ) -> Audit:
     """Judge a plan by simulating it from its mission, see `optuav.replay`.
 
-    Whether the plan is the best is not judged; of ``slot_s`` only that every stay is whole slots.
+    The audit does not judge whether the plan is the best; of ``slot_s`` it checks only that every
+    stay is whole slots.
 
     Parameters
     ----------

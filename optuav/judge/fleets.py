@@ -1,4 +1,4 @@
-"""Fleets simulated again: wells of every drone, who covers when, and who rests where."""
+"""Fleets simulated again: wells of every drone, which one covers when, and where each rests."""
 
 from __future__ import annotations
 

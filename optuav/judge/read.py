@@ -40,7 +40,7 @@ def read(
         return printable(itinerary.mission.name), itinerary, {}
     words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
     file = path_of(stated, "plan", words)
-    known = "; it is a shipped mission, optuav solve takes it" if str(file) in shipped() else ""
+    known = "; it is a shipped mission: use optuav solve" if str(file) in shipped() else ""
     text, source = read_text(file, LARGEST_BYTES, hint=known), label(file)
     if file.suffix != ".json" and not text.lstrip().startswith("{"):
         return source, _itinerary(parse_toml(text, source), file.parent, source), {}
@@ -53,7 +53,7 @@ def read(
 def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
     """The itinerary that a document states, or an `InputError` with all faults."""
     if not KEYS.keys() & document.keys() and {"extends", "limits", "route"} & document.keys():
-        words = "is a mission, not an itinerary; optuav solve and validate take it"
+        words = "is a mission, not an itinerary: use optuav solve or validate"
         raise InputError([Fault("", "", words, source)])
     name, stops = document.get("mission"), document.get("stops", ())
     faults, breaches, mission = list[Fault](), format_breaches(document), None

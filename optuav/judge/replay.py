@@ -434,13 +434,14 @@ def _figures(
         here, time_s = f"phases[{number}]", found.start_s
         for name, unit in (("start_s", "s"), ("distance_m", "m"), ("peak_speed_m_s", "m/s")):
             yield time_s, f"{here}.{name}", getattr(stated, name), getattr(found, name), 1.0, unit
-        for k, (mine, own) in enumerate(zip(stated.stages, found.stages, strict=False)):
-            stage, (net_A, net_W) = f"{here}.stages[{k}]", own.net
+        for k, (planned, simulated) in enumerate(zip(stated.stages, found.stages, strict=False)):
+            stage, (net_A, net_W) = f"{here}.stages[{k}]", simulated.net
             # The scales are sums, as drawn and received cancel in part.
-            A, W = (float(out + back) for out, back in zip(own.drawn, own.received, strict=True))
-            yield time_s, f"{stage}.duration_s", mine.duration_s, own.duration_s, 1.0, "s"
-            yield time_s, f"{stage}.current_A", mine.current_A, net_A, A, "A"
-            yield time_s, f"{stage}.power_W", mine.power_W, net_W, W, "W"
+            flows = zip(simulated.drawn, simulated.received, strict=True)
+            A, W = (float(out + back) for out, back in flows)
+            yield time_s, f"{stage}.duration_s", planned.duration_s, simulated.duration_s, 1.0, "s"
+            yield time_s, f"{stage}.current_A", planned.current_A, net_A, A, "A"
+            yield time_s, f"{stage}.power_W", planned.power_W, net_W, W, "W"
         for name in ("available_As", "bound_As"):
             for pack, (level, well) in enumerate(zip(getattr(stated, name), wells, strict=False)):
                 own_As = float(getattr(well, name))

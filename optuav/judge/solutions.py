@@ -116,7 +116,7 @@ class CheckedSolutions(Presented):
 
 
 def check_solutions(file: str | Path) -> CheckedSolutions:
-    """Check solutions of the benchmark set, each by simulating it from its mission.
+    """Check solutions of the benchmark set by simulating each from its mission.
 
     Parameters
     ----------

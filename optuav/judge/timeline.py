@@ -36,14 +36,14 @@ DURATION = Range("s", ge=0, le=1e7)
 
 @dataclass(frozen=True, init=False)
 class Itinerary:
-    """Stops in order, from origin to destination; the legs between them follow.
+    """Stops in order, from origin to destination; optuav adds the legs between them.
 
     Parameters
     ----------
     mission
-        The mission that it is flown in, also by its name or path.
+        The mission, or its name or path.
     stops
-        Any number, in order; a building may be visited again. Those of a plan do as well.
+        Any number, in order; a building may be visited again. The stops of a plan also work.
 
     Raises
     ------

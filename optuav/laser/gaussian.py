@@ -105,9 +105,7 @@ class GaussianBeam(SpreadingBeam):
     def needs_numbers(self) -> str | None:
         if not self.laser.jitter_rad:
             return None
-        return (
-            "a limit of jittering light is a mean that has no formula; state laser.jitter_rad = 0"
-        )
+        return "solvers have no formula for the mean of clipped light; set laser.jitter_rad = 0"
 
     def limit_warning(self) -> str | None:
         if not self.laser.turbulence_cn2:

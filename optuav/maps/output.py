@@ -145,7 +145,7 @@ def _geojson(found: xarray.DataArray) -> bytes:
     from optuav.plots.heat import contour_levels
 
     if (system := _system(found)) is None:
-        words = "is missing; GeoJSON holds longitudes and latitudes, so the mission states its crs"
+        words = "is missing; GeoJSON holds longitudes and latitudes, so the mission needs a crs"
         raise InputError([Fault("crs", "", words)])
     values = found.to_numpy()
     lines: Any = contourpy.contour_generator(found.x.to_numpy(), found.y.to_numpy(), values)

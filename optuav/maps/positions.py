@@ -251,7 +251,7 @@ def faults_of(
             words = "least x, least y, largest x and largest y, larger than the least, each"
             yield Fault("bounds", shown(bounds), f"{words} {COORDINATE.words}")
         elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
-            words = "at least two points each way: too near for step_m"
+            words = "must hold at least two points each way: too near for step_m"
             yield Fault("bounds", shown(bounds), words)
     yield from unlisted(("perspective", perspective, tuple(PERSPECTIVES)))
 

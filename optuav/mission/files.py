@@ -51,7 +51,7 @@ PARQUET = b"PAR1"
 
 PLACED = re.compile(r"(.*) \(at (line \d+, column \d+|end of document)\)", re.DOTALL)
 SYNTAX = {
-    "Cannot (overwrite|declare|mutate|redefine)|Duplicate": "a key or a table is stated twice",
+    "Cannot (overwrite|declare|mutate|redefine)|Duplicate": "a key or a table appears twice",
     "Expecting value|Invalid (value|statement|initial)": "this is neither a key nor a value",
     "Expecting property name": "a name in double quotes is missing",
     "Expecting ':'": "a colon is missing",
@@ -169,9 +169,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         except ValueError as error:
             words = f"is not TOML: {_error_words(error)}"
             if '"kind": "optuav plan"' in text[:1000]:
-                words = "is a saved plan; optuav show and optuav audit take it"
-            elif what := named(text.encode()):
-                words = f"is {what.words}"
+                words = "is a saved plan: use optuav show or optuav audit"
         else:
             tables = [table for table in document.values() if isinstance(table, dict)]
             if max(map(len, [document, *tables])) <= MOST_KEYS:
@@ -198,11 +196,9 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
         except ValueError as error:
             words = f"is not JSON: {_error_words(error)}"
             if re.search(r"^schema *= *\d", text, re.MULTILINE):
-                words = "is a mission, not a saved plan; optuav solve and validate take it"
+                words = "is a mission, not a saved plan: use optuav solve or validate"
                 if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
-                    words = "is an itinerary, not a saved plan; optuav audit takes it"
-            elif text[:1] not in ("{", "[") and (what := named(text.encode())):
-                words = f"is {what.words}"
+                    words = "is an itinerary, not a saved plan: use optuav audit"
     raise InputError([Fault("", "", words, source)])
 
 

@@ -97,7 +97,7 @@ def keys_of_missing_tables(mission: Mission, keys: Collection[str]) -> Iterator[
     """A fault for each numeric key whose table or place the mission does not state."""
     for key in keys:
         if missing := _missing(mission, key, keys):
-            words = f"the mission states no {missing}, and this key is part of it"
+            words = f"the mission has no {missing}, and this key is part of it"
             yield Fault(key, "", words)
 
 

@@ -137,7 +137,7 @@ def _read(
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
     document = read_toml(path, hint=hint)
     if {"mission", "stops"} <= document.keys():
-        raise refusal(path, "is an itinerary, not a mission; optuav audit takes it")
+        raise refusal(path, "is an itinerary, not a mission: use optuav audit")
     return _joined(document, path, name, above)
 
 

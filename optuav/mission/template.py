@@ -159,11 +159,11 @@ class Drone(MissionSection):
     cruise_speed_m_s: Annotated[float, Range("m/s", ge=0.5, le=100)]
     """Cruise speed [m/s]."""
     reserve_percent: Annotated[float, Range("%", ge=0, le=90)] = 20.0
-    """Charge that shall be left after landing [%]."""
+    """Charge that must be left after landing [%]."""
     laser_power_W: Annotated[float, Range("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
     battery: BatteryName = "lipo"
-    """Kind of cells that gives the wells: lipo, liion or paper."""
+    """Kind of cells, which determines the wells: lipo, liion or paper."""
 
     sources: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of [flight] that follow from the fields, each with these fields."""
@@ -249,7 +249,7 @@ class Drone(MissionSection):
 
 
 class Datasheet(Drone):
-    """Datasheet of a multirotor, as its owner knows it; `mission` makes a mission of it.
+    """Datasheet of a multirotor; `mission` makes a mission of it.
 
     Parameters
     ----------
@@ -260,16 +260,16 @@ class Datasheet(Drone):
         Battery packs and cells of a pack in series, 1 to 100, one pack by default; capacity of one
         pack [mAh], 10 to 1e6.
     hover_min, cruise_min
-        Times until the battery is empty, without payload [min], 1 to 1e4: of hovering, and of
-        flight at cruise speed, by default as long.
+        Times until the battery is empty, without payload [min], 1 to 1e4: in hover, and in flight
+        at cruise speed, by default as long.
     hover_power_W, cruise_power_W
-        Power without payload [W], 1 to 1e6, in place of either time.
+        Power without payload [W], 1 to 1e6, instead of either time.
     cruise_speed_m_s, reserve_percent, laser_power_W
-        Cruise speed [m/s], 0.5 to 100; charge that shall be left after landing [%], 0 to 90, by
+        Cruise speed [m/s], 0.5 to 100; charge that must be left after landing [%], 0 to 90, by
         default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
     battery
-        Kind of cells that gives the wells: ``"lipo"`` (power pouch cells, the default), ``"liion"``
-        (21700 energy cells, up to 2 C) or ``"paper"``.
+        Kind of cells, which determines the wells: ``"lipo"`` (power pouch cells, the default),
+        ``"liion"`` (21700 energy cells, up to 2 C) or ``"paper"``.
 
     Examples
     --------
@@ -293,9 +293,9 @@ class Datasheet(Drone):
     cruise_min: Minutes | None = None
     """Flight time at cruise speed until empty; without it the hover time [min]."""
     hover_power_W: Watts | None = None
-    """In place of hover_min, the power in hover without payload [W]."""
+    """Instead of hover_min: power in hover without payload [W]."""
     cruise_power_W: Watts | None = None
-    """In place of cruise_min, the power at cruise speed without payload [W]."""
+    """Instead of cruise_min: power at cruise speed without payload [W]."""
 
     @classmethod
     def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:

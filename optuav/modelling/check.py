@@ -241,7 +241,7 @@ def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
 def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     """The values of a point as numbers and arrays that broadcast with the model's."""
     names, model_given = [variable.name for variable in model.variables], model.given
-    words = "a variable of the model without a value"
+    words = "is a variable of the model and needs a value"
     faults = [Fault(name, "", words) for name in names if name not in point]
     words = f"the model has no such name; it has {', '.join([*names, *model_given])}"
     unknown = [name for name in point if name not in names and name not in model_given]

@@ -83,7 +83,7 @@ class Expression(NDArrayOperatorsMixin):
         if method != "__call__" or options or ufunc.nout > 1 or not rebinds:
             return NotImplemented
         if ufunc in REFUSED:
-            raise TypeError(f"a constraint is stated with <=, >= or ==; {REFUSED[ufunc]}")
+            raise TypeError(f"a constraint needs <=, >= or ==; {REFUSED[ufunc]}")
         operands = tuple([_operand(self, ufunc, operand) for operand in inputs])
         if ufunc in SENSES:
             return Relation(operands[0], SENSES[ufunc], operands[1])

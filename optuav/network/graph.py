@@ -33,7 +33,7 @@ SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mi
 
 
 def graph(mission: Mission | str | Path) -> Graph:
-    """The network of a mission as a graph that may be edited.
+    """Return the network of a mission as a graph that you can edit.
 
     Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings, with
 
@@ -103,7 +103,7 @@ def as_graph(network: Network) -> Graph:
 
 
 def validate_graph(view: Graph) -> tuple[Fault, ...]:
-    """Everything wrong with a graph, by the contract of `graph`.
+    """Return every fault of a graph, by the contract of `graph`.
 
     Parameters
     ----------
@@ -123,12 +123,12 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     ()
     >>> graph.nodes["b3"]["received_power_W"] = -1.0
     >>> print(*optuav.validate_graph(graph))
-    graph: nodes['b3'].received_power_W = -1.0: a number ≥ 0 [W] is needed
+    graph: nodes['b3'].received_power_W = -1.0: must be a number ≥ 0 [W]
     """
     import networkx
 
     if not isinstance(view, networkx.DiGraph) or view.is_multigraph():
-        return (Fault(SOURCE, type(view).__name__, "a networkx.DiGraph is needed"),)
+        return (Fault(SOURCE, type(view).__name__, "must be a networkx.DiGraph"),)
     return tuple(_faults(view))
 
 
@@ -139,7 +139,7 @@ def _faults(view: Graph) -> Iterator[Fault]:
             yield Fault(_node(end), "", "is missing", SOURCE)
     for node, data in view.nodes(data=True):
         if view.has_edge(node, node):
-            yield Fault(_edge(node, node), "", "a leg leads to another place", SOURCE)
+            yield Fault(_edge(node, node), "", "must lead to another place", SOURCE)
         kind = node if node in ENDS else "building"
         position_m = data.get("position_m")
         if isinstance(position_m, np.ndarray):
@@ -150,21 +150,21 @@ def _faults(view: Graph) -> Iterator[Fault]:
         is_kind = isinstance(own_kind, str) and own_kind == kind
         is_bool = isinstance(data.get("laser_sight"), bool | np.bool_)
         for name, right, words in (
-            ("kind", is_kind, f"{kind!r} is expected"),
-            ("position_m", inside, "three finite numbers [m] are needed"),
-            ("laser_sight", is_bool, "True or False is needed"),
-            ("received_power_W", 0.0 <= power_W <= LARGEST, "a number ≥ 0 [W] is needed"),
+            ("kind", is_kind, f"must be {kind!r}"),
+            ("position_m", inside, "must be three finite numbers [m]"),
+            ("laser_sight", is_bool, "must be True or False"),
+            ("received_power_W", 0.0 <= power_W <= LARGEST, "must be a number ≥ 0 [W]"),
         ):
             if not right:
                 yield Fault(f"{_node(node)}.{name}", shown(data.get(name)), words, SOURCE)
     for start, end, data in view.edges(data=True):
         figures = {name: _number(data.get(name)) for name in EDGE_FIGURES}
         faulty = [name for name, figure in figures.items() if not 0.0 <= figure <= LARGEST]
-        words = "a finite number ≥ 0 is needed"
+        words = "must be a finite number ≥ 0"
         if not faulty and (
             max(figures["charge_As"], figures["energy_J"]) > LARGEST * figures["duration_s"]
         ):
-            faulty, words = ["duration_s"], "a leg that draws charge takes time"
+            faulty, words = ["duration_s"], "must be above 0: a leg that draws charge takes time"
         for name in faulty:
             yield Fault(f"{_edge(start, end)}.{name}", shown(data.get(name)), words, SOURCE)
 

@@ -287,7 +287,7 @@ class Ledger(Presented):
 
 
 def ledger(names: str | Collection[str] = ()) -> Ledger:
-    """Compute our values for the paper's numbers.
+    """Recompute the paper's numbers, with a verdict on each.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ def reproduce(
     progress: Progress | None = None,
     workers: int = 1,
 ) -> list[Path]:
-    """Make every table and figure of the paper again, and write a report.
+    """Reproduce every table and figure of the paper, and write a report.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def reproduce(
     >>> optuav.reproduce("out", only=["fig99"])  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
-    optuav.errors.InputError: only = 'fig99': one of wells, system, ...
+    optuav.errors.InputError: only = 'fig99': must be one of wells, system, ...
     """
     loaded = None if mission is None else load(mission)
     known = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)

@@ -54,7 +54,7 @@ class Stop:
     kind
         ``"rest"`` or ``"hover"``.
     duration_s
-        For how long [s], 0 to 1e7.
+        Duration [s], 0 to 1e7.
     start_s
         Start, counted from take-off [s]; None in an itinerary, where it follows.
 
@@ -109,7 +109,7 @@ class PlanData(Record):
         faults, answered = [], self.status.has_answer
         if bool(self.phases) != answered or (self.soc is not None) != answered:
             with_or_without = "needs" if answered else "has no"
-            faults = [f"a plan that is {self.status.value} {with_or_without} phases and soc"]
+            faults = [f"with status {self.status.value}, a plan {with_or_without} phases and soc"]
         here, named = None, {end for p in self.phases for end in (p.start_place, p.end_place)}
         known = {*ENDS, *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):

@@ -48,7 +48,7 @@ class Plan(Presented, PlanData):
     slot_s
         Length of the slots [s], 0.001 to 1e7; None for continuous times.
     engine, proof
-        The engine, and how it knows that its answer is right.
+        The engine, and the proof of its answer.
     status
         Status of the problem as stated.
     binding
@@ -226,7 +226,12 @@ def refuse_contradictions(plan: Plan, data: Mapping[str, Any], source: str) -> N
     """Refuse the data of a file whose repeated figures contradict its phases."""
     follows = plan.to_dict() if data else {}
     refuse(
-        Fault(name, shown(data[name]), f"{shown(follows[name])} follows from the phases", source)
+        Fault(
+            name,
+            shown(data[name]),
+            f"must be {shown(follows[name])}, as follows from the phases",
+            source,
+        )
         for name in DERIVED
         if name in data and data[name] != follows[name]
     )

@@ -61,7 +61,7 @@ def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str |
     >>> optuav.plots.save_animation(replayed, "mission.mp4")
     Traceback (most recent call last):
     ...
-    optuav.errors.InputError: path = 'mission.mp4': a name that ends in .gif
+    optuav.errors.InputError: path = 'mission.mp4': must be a name that ends in .gif
     """
     file = path_of(path)
     ending_of(file, ".gif")

@@ -70,7 +70,7 @@ def distribution(
     if "perspective" not in values.dims:
         values = values.expand_dims(perspective=[found.attrs["perspective"]])
     if values.isnull().all():
-        raise InputError([Fault("found", variable, "a plan in one scenario at least")])
+        raise InputError([Fault("found", variable, "must have a plan in at least one scenario")])
     axes = style.Panels((figure or style.page(4.6)).subplots(2, 1, sharex=True))
     histogram, cumulative = axes
     names = values.perspective.values.tolist()

@@ -1,4 +1,4 @@
-"""Fleets over time: what every drone does, and who covers."""
+"""Fleets over time: what every drone does, and when one is on station."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from optuav.mission.messages import several
 from optuav.plots import style
 
 ROUNDS = 2.0  # Turns of the first drone that are drawn
-COVERS = "who covers"
+COVERS = "on station"
 
 
 class Turn(NamedTuple):
@@ -40,7 +40,7 @@ class Turn(NamedTuple):
 
 
 def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) -> Axes:
-    """Draw a bar per drone, and below who covers.
+    """Draw a bar per drone, and below when one is on station.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
 def courses_drawn(
     courses: Sequence[Sequence[Turn]], end_s: float, title: str, ax: Axes | None = None
 ) -> Axes:
-    """Draw a bar per drone with its turns until an end [s], and below who covers."""
+    """Draw a bar per drone with its turns until an end [s], and below when one is on station."""
     ax = ax or style.page(1.6 + 0.28 * len(courses)).subplots()
     waits = any(turn.wait_s > 0.0 for course in courses for turn in course)
     kinds = {"fly": "flight", "hover": "hover", "rest": "rest"} | ({"wait": None} if waits else {})

@@ -117,7 +117,9 @@ def box_of(mission: Mission, ranges: Mapping[str, object]) -> Box:
             else:
                 faults.append(Fault(name, form_shown(form), FORMS))
     for name in [name for name in table if nearest(name, FACTORS)]:
-        faults.append(Fault(name, form_shown(table.pop(name)), f"a factor{nearest(name, FACTORS)}"))
+        faults.append(
+            Fault(name, form_shown(table.pop(name)), f"is not a factor{nearest(name, FACTORS)}")
+        )
     with collected(faults):
         keys = spreads(mission, table) if table else ()
     refuse(faults)

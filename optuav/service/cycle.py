@@ -48,14 +48,14 @@ class Coverage(EndlessCycle):
         Share of the time in which the drone hovers, a share that no cycle on one building exceeds,
         and the share if flights were free, I_r/(I_r + I_h) [-].
     building, hover_s, rest_s, flight_s, period_s
-        Where it rests, None for an endless hover; the phases of a cycle, both legs together [s].
+        Building to rest on, None for an endless hover; durations in a cycle, legs together [s].
     soc_at_departure, soc_at_landing
         (y1 + y2)/B at the building [-].
     calm_share, in_calm_air
-        If hovering counts on the wind, the share in calm air [-], None without a cycle there, and
+        If the hover depends on the wind, the share in calm air [-], None without a cycle there, and
         the same in words; else None. `fleet`, `event` and `horizon` have such figures too.
     status, proof
-        Those of a plan: ``"optimal"`` if share and bound are within 1e-9, else ``"feasible"``.
+        As in a plan: ``"optimal"`` if share and bound agree within 1e-9, else ``"feasible"``.
     charged_by, lit_hover, perspective
         ``"laser"``, ``"pad"`` or ``"exchange"``; whether the laser charges the hovering drone too;
         and how charge is counted.
@@ -81,7 +81,7 @@ class Coverage(EndlessCycle):
             Mean number of drones that hover [-], > 0 and up to 1000: several devices at equal
             distance need as many, each lit hover with a beam of its own.
         overlap_s
-            For how long a hover goes on after the next one began [s], at most half of the hover.
+            Time that two drones hover together at a handover [s], at most half of the hover.
 
         Returns
         -------
@@ -299,10 +299,10 @@ def coverage(
     lit_hover: bool = True,
     pad_power_W: float | None = None,
 ) -> Coverage:
-    """Find the largest share of the time that one drone can hover without end.
+    """Find the endless cycle in which one drone hovers for the largest share of the time.
 
     A cycle is a leg from a building to the hover point, a hover, the leg back, and a rest, to the
-    same wells; ``limits.min_soc`` holds at every landing, the deadline does not count.
+    same wells; ``limits.min_soc`` holds at every landing; the deadline does not apply.
 
     Parameters
     ----------
@@ -311,12 +311,12 @@ def coverage(
     perspective
         ``"available"``: the available well keeps its limits; ``"battery"``: only charge counts.
     swap_s
-        Duration of an exchange of the pack in place of a rest [s], > 0 and up to 1e7.
+        Duration of an exchange of the pack instead of a rest [s], > 0 and up to 1e7.
     lit_hover
         Whether the laser charges the hovering drone too; not with an exchange or a pad.
     pad_power_W
         Power into the battery from a pad by cable on every building [W], > 0 and up to 1e9,
-        capped by ``battery.charge_current_A``, in place of the laser.
+        capped by ``battery.charge_current_A``, instead of the laser.
 
     Returns
     -------

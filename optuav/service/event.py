@@ -88,7 +88,7 @@ class Event(Result):
         For how long two drones hover at a handover [s], and the step from the hover point of one
         to that of the next (x, y, z) [m], or None.
     calm_drones, in_calm_air
-        If hovering counts on the wind, the number of drones in calm air, None without a roster
+        If the hover depends on the wind, the number of drones in calm air, None without a roster
         there, and the same in words; else None.
 
     Examples
@@ -244,7 +244,7 @@ class Event(Result):
             yield "Handover", words
 
     def pictures(self) -> Pictures:
-        """Yield a bar per drone, and below who covers."""
+        """Yield a bar per drone, and below when one is on station."""
         from optuav.plots.fleets import Turn, courses_drawn
 
         out, _, back, *_ = self.plans[0].phases

@@ -47,23 +47,23 @@ class FleetDrone(TypedDict):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Fleet(Result):
-    """Equal drones in a ring, one row per drone.
+    """Identical drones that take turns in a ring, one row per drone.
 
     Parameters
     ----------
     drones, places, beams
-        How many drones, places to rest (pads, or bays where packs are exchanged), and beams.
+        Numbers of drones, of places to rest (pads, or bays where packs are exchanged) and of beams.
     offsets_s, starts_every_s
-        (drone,) when each takes off first, and the time between two departures [s].
+        (drone,) first take-off of each drone, and the time between two departures [s].
     share, asked_share, longest_gap_s
         Mean number of drones that hover, the one asked for, and the longest time with fewer than
         asked for [s].
     overlap_s, hover_s, rest_s
-        For how long two drones hover at a handover, and hover and rest of a cycle [s].
+        Time that two drones hover together at a handover; hover and rest of a cycle [s].
     building, charged_by
         Where the drones rest, and ``"laser"``, ``"pad"`` or ``"exchange"``.
     calm_drones, in_calm_air
-        If hovering counts on the wind, the number of drones in calm air, None without a fleet
+        If the hover depends on the wind, the number of drones in calm air, None without a fleet
         there, and the same in words; else None.
 
     Examples
@@ -266,7 +266,7 @@ class PadPower(NamedTuple):
     accepted
         Whether the current is at most ``battery.charge_current_A``.
     in_calm_air
-        If hovering counts on the wind, the same in calm air, in words; else None.
+        If the hover depends on the wind, the same in calm air, in words; else None.
 
     Examples
     --------

@@ -50,7 +50,7 @@ class Horizon(Result):
     share
         Share of the day in which the drone hovers [-].
     calm_hover_s, in_calm_air
-        If hovering counts on the wind, the hover time in calm air [s], None without a day there,
+        If the hover depends on the wind, the hover time in calm air [s], None without a day there,
         and the same in words; else None.
 
     Examples

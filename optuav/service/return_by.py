@@ -77,7 +77,7 @@ class ReturnTimes(Result):
     hover_current_A, received_current_A
         Drawn while hovering [A], beyond what the laser gives.
     calm_latest_s, in_calm_air
-        If hovering counts on the wind, the last moment in calm air [s], None if it is too late
+        If the hover depends on the wind, the last moment in calm air [s], None if it is too late
         there, and the same in words; else None.
 
     Examples
@@ -112,10 +112,10 @@ class ReturnTimes(Result):
         ranked = [first, *sorted(others, key=lambda row: -_leaves_s(row))]
         shown, more = ranked[:SHOWN], len(ranked) - SHOWN
         heads = ["place", "flight [s]", "by well [s]", "by charge [s]", "a", "b", "g [A s]"]
-        below = [f"and {more} more that leave less time"] if more > 0 else []
+        below = [f"and {more} more with less time"] if more > 0 else []
         yield Table(heads, [*map(_cells, shown)], below=below)
         rule = [
-            "Leave at the latest when the smaller of both times has passed after arrival.",
+            "Leave at the latest when the smaller of the two times has passed since arrival.",
             "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g.",
         ]
         for row in shown:
@@ -175,7 +175,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     A place is in time while the available well stays above 0 on the whole way to it and
     ``limits.min_soc`` of the charge is left at the landing; the deadline does not count. Moments
     count from the arrival at the hover point, with the charge that ``start`` and the leg from the
-    origin leave. To ask again on the way, state ``start`` and ``route.origin_m`` there.
+    origin leave. To ask again during the flight, set ``start`` and ``route.origin_m``.
 
     The well at the end of a stage of the leg is α + βt + γ·exp(−k't) after a hover of t ([1]_ eqs
     (15)-(16)). It turns once at most, and its zeros are bracketed. Far from level wells may have to

@@ -165,7 +165,7 @@ def robust(
     samples: int = 20_000,
     seed: int = 0,
 ) -> RobustPlan:
-    """Find the plan with the longest hover that can be flown wherever the numbers lie in a box.
+    """Find the plan with the longest hover that can be flown with any numbers in a box.
 
     y1(t) − ωB is the integral of the current over a positive kernel. For fixed times a plan is
     therefore worst for dry wells and for charge with the most drawn and the least charged, and

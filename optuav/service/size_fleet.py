@@ -82,7 +82,7 @@ class FleetSizes(Result):
     prices
         As asked, by name, or None.
     in_calm_air
-        If hovering counts on the wind, the drones in calm air, in words; else None.
+        If the hover depends on the wind, the drones in calm air, in words; else None.
 
     Examples
     --------
@@ -174,13 +174,13 @@ def size_fleet(
     swap_s: float = 120.0,
     hours: float | None = None,
 ) -> FleetSizes:
-    """Find the least counts that cover at least a share of the time, for each way to charge.
+    """Count the drones and equipment that cover a share of the time, for each way to charge.
 
     With `hours`, find those of an event without a gap that begins with full batteries.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
     dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
-    (``"pad"``), or have their packs exchanged (``"swap"``). A tether is only its price.
+    (``"pad"``), or have their packs exchanged (``"swap"``). A tether counts only by its price.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def size_fleet(
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
-        For how long a hover goes on after the next one began [s], at most half of the hover.
+        Time that two drones hover together at a handover [s], at most half of the hover.
     swap_s
         Duration of an exchange of the packs [s], > 0 and up to 1e7.
     hours
@@ -288,7 +288,7 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(faults)
     if not any(stated.values()):
-        words = f"at least one above 0, each {PRICE.words}; leave prices out to see counts alone"
+        words = f"at least one above 0, each {PRICE.words}; leave prices out to see only the counts"
         raise InputError([Fault("prices", "all 0", words)])
     return stated
 

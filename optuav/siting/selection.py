@@ -33,7 +33,7 @@ STARTS = 8  # Choices met by the multipliers that start an exchange of sites
 
 @dataclass(frozen=True)
 class Selection:
-    """Candidates selected by `optuav.place_laser`, and what no selection exceeds.
+    """Candidates selected by `optuav.place_laser`, and a bound on every selection.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ class Selection:
     bound
         No selection of as many candidates has a larger value.
     greedy_sites, greedy_value
-        The selection that adds in turn the candidate with most gain in the mean or the number
-        covered, in this order, and its value.
+        The selection that adds, one by one, the candidate with the largest gain in the mean or the
+        number covered, in this order, and its value.
     alike
         By site selected, how many candidates that are not selected give the same value in its
         place.

@@ -27,7 +27,7 @@ from optuav.solving.route_models import RouteModel, permitted_routes
 from optuav.status import SAME_S, Status
 
 BOUNDED = "bracketed: a feasible time, and a longer one that none exceeds"
-MORE_STOPS = "more stops are not excluded"
+MORE_STOPS = "more stops might gain hover time"
 SEARCHED = "--stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
@@ -75,10 +75,10 @@ def against_p1(
 def not_excluded(question: Question, mission: Mission) -> str:
     """A note that more stops may help, and how to search for them."""
     if len(mission.buildings) > MOST_BUILDINGS:
-        return f"{MORE_STOPS}; they are searched for among at most {MOST_BUILDINGS} buildings"
+        return f"{MORE_STOPS}; optuav searches for them among at most {MOST_BUILDINGS} buildings"
     options = {"slots": question.slot_s, "a stated order": question.problem.order}
     without = " or ".join(name for name, value in options.items() if value is not None)
-    return f"{MORE_STOPS}: {SEARCHED}" + (f", without {without}" if without else "")
+    return f"{MORE_STOPS}: try {SEARCHED}" + (f", without {without}" if without else "")
 
 
 def more_stops_may_help(

@@ -43,7 +43,7 @@ from optuav.status import Status
 MOST_REASONS = 10  # blocked legs that are named one by one
 ENDLESS = (
     "no constraint keeps the objective finite: "
-    "given.keep_deadline(model, label, hover, rest) states the deadline"
+    "declare the deadline with given.keep_deadline(model, label, hover, rest)"
 )
 
 

@@ -130,7 +130,7 @@ def route_choice(
         Routes to choose from: ``"optimal"`` (all), ``"direct"``, ``"traj1"`` or ``"traj2"``; and
         ``"rest-first"``, ``"hover-first"``, or None for both. `P1` explains them.
     slot_s, time_limit_s
-        Length of the time slots [s], 0.001 to 1e7, and longest that the solver may take [s], > 0
+        Length of the time slots [s], 0.001 to 1e7, and time limit of the solver [s], > 0
         and at most 1e9; None for continuous times and for no limit.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.

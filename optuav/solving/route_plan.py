@@ -121,7 +121,7 @@ def plan_of(
     point, route = solution.point(entry), int(part.routes[entry])
     hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
     if min(hover_s, rest_s) < 0.0:
-        reason = "a plan needs at least 0 s: declare the variable with lower=0.0"
+        reason = "must be at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", reason) for name, t in times if t < 0.0])
     network, notes = _with_unknowns(network, point)

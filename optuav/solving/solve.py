@@ -53,7 +53,7 @@ def formulate(
         How charge counts: ``"available"``, ``"battery"``, ``"energy"``, ``"adjusted"`` or
         ``"wells"``; `optuav.solve` explains them.
     slot_s, time_limit_s
-        Length of the time slots [s], 0.001 to 1e7, and longest that the engine may take [s], > 0
+        Length of the time slots [s], 0.001 to 1e7, and time limit of the engine [s], > 0
         and at most 1e9; None for continuous times and for no limit.
     engine, graph
         Name of an engine, ``"auto"`` or an `Engine`, which will solve the program; a graph from
@@ -120,7 +120,7 @@ def solve(
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
-        Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
+        Time limit of the engine [s], > 0 and at most 1e9; None for no limit.
     progress
         Called while several stops are searched for, with the best hover time so far [s] and the
         numbers of boxes of durations examined and open.

@@ -105,8 +105,7 @@ def compare(
     engines
         By method: which engines to compare, the first always; by default all of these.
     time_limit_s
-        By method: longest time that an engine may take for one problem [s], > 0; by default no
-        limit.
+        By method: time limit of an engine for one problem [s], > 0; by default no limit.
     periods_s
         By schedule: periods of the schedule ``"alternating"`` [s], 0.001 to 1e7 and at least
         deadline_s / 20000, by default 60; the mission's own is always among them.

@@ -49,7 +49,7 @@ def layouts(
     height_scale_m: float | None = None,
     seed: int = 0,
 ) -> list[Mission]:
-    """Make missions with random buildings in place of all that there are.
+    """Make missions with random buildings instead of the mission's own.
 
     Buildings that would stand around the origin, the destination or the laser are left out; the
     kind ``"uniform"`` draws them again. Their names are r1, r2, … in the order of drawing,

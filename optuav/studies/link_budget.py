@@ -51,7 +51,7 @@ class Station(NamedTuple):
 class LinkBudget(Presented):
     """Light and power on the way from the laser to a place, as its fields.
 
-    `reach_m` gives the reach of a power, `plot` a picture, `to_frame` a table.
+    `reach_m` returns the reach of a power, `plot` draws a picture, `to_frame` makes a table.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class LinkBudget(Presented):
         Light out of the source and behind its aperture [W], and the share that the air lets
         through [-].
     share, on_receiver_W
-        Mean share of what arrives that meets the receiver [-], and that light [W], before limits.
+        Mean share of the arriving light on the receiver [-], and that light [W], before limits.
     dc_W, current_A
         DC power [W] and current into the battery [A], within all limits.
     peak_irradiance_W_m2
@@ -75,7 +75,7 @@ class LinkBudget(Presented):
         Distance where the beam falls to the limit for the eye [m], and that limit [W/m²]; NaN
         if none is known. This is not a safety assessment.
     charging_limit_W
-        Largest power that the battery takes [W].
+        Largest power that the battery accepts [W].
 
     Examples
     --------
@@ -173,7 +173,7 @@ class LinkBudget(Presented):
 
 
 def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> LinkBudget:
-    """Compute light and power on the way from the laser to a place.
+    """Compute light and power at each stage from the laser to a place.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     Raises
     ------
     InputError
-        If the mission states no beam, or the place is unknown or out of reach of the device.
+        If the mission has no beam, or the place is unknown or out of reach of the device.
 
     Examples
     --------

@@ -37,7 +37,7 @@ class PowerAtSpeed(TypedDict):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PowerCurve(Result):
-    """The power over air speed, one row per speed.
+    """Power against airspeed, one row per speed.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class PowerCurve(Result):
 def power_curve(
     mission: Mission | str | Path, speeds_m_s: Iterable[float] | None = None
 ) -> PowerCurve:
-    """Find the power in level flight over the air speed, and the speeds that stand out.
+    """Compute the power of level flight against airspeed, and its best speeds.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def power_curve(
     if hover is None:
         silent = FlightModel.power_over_speed
         able = [name for name, model in FLIGHTS.items() if model.power_over_speed is not silent]
-        words = f"{' or '.join(map(shown, able))}, which tells the power over the air speed"
+        words = f"{' or '.join(map(shown, able))}, which has a curve of power against airspeed"
         raise InputError([Fault("flight.model", shown(whole.flight.model), words)])
     if speeds_m_s is None:
         speeds = np.linspace(0.0, float(hover.max_speed_m_s), STEPS + 1)

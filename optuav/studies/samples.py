@@ -312,7 +312,9 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
         raise InputError([Fault(name, form_shown(form), FORMS)])
     if key.whole:
-        raise InputError([Fault(name, form_shown(form), "a whole number cannot be spread")])
+        raise InputError(
+            [Fault(name, form_shown(form), "is a whole number, which cannot be spread")]
+        )
     along = parts_by_name.get("along", [])
     if not isinstance(along, list) or not all(isinstance(key_along, str) for key_along in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])

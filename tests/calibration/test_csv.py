@@ -70,13 +70,13 @@ def test_all_faults_come_at_once(file: Path) -> None:
     assert faults(file, text) == [
         "log.csv, line 7: cells = 1: as many as in the header, 2",
         "log.csv, lines 3 to 6, 8, 9: current_A = an empty cell, …, -1e-300: "
-        "a number, 0 or 1e-9 to 1e10 in SI units",
+        "must be a number, 0 or 1e-9 to 1e10 in SI units",
     ]
 
 
 def test_a_gap_among_words_asks_for_a_word(file: Path) -> None:
     text = "time_s,current_A,phase\n0,1,rest\n1,1,\n"
-    assert faults(file, text) == ["log.csv, line 3: phase = an empty cell: a word"]
+    assert faults(file, text) == ["log.csv, line 3: phase = an empty cell: must be a word"]
 
 
 @pytest.mark.parametrize(
@@ -84,10 +84,13 @@ def test_a_gap_among_words_asks_for_a_word(file: Path) -> None:
     [
         (
             "time_s,current_V",
-            "column = 'current_V': a unit that belongs to it, current_A or current_mA",
+            "column = 'current_V': must have a unit that belongs to it, current_A or current_mA",
         ),
-        ("time_s,current", "column = 'current': a unit that belongs to it"),
-        ("time,current_A", "column = 'time': a unit that belongs to it, time_s or time_ms"),
+        ("time_s,current", "column = 'current': must have a unit that belongs to it"),
+        (
+            "time,current_A",
+            "column = 'time': must have a unit that belongs to it, time_s or time_ms",
+        ),
         ("time_s,curent_A", "did you mean 'current_A'?"),
         ("time_s,current_A,current_mA", "a second column of current"),
         ("time_s,phase", "there is no column current_A or current_mA"),
@@ -116,10 +119,13 @@ def test_a_number_has_plain_digits(number: str, file: Path) -> None:
     ("text", "words"),
     [
         ("time_s,current_A\n0," + "1" * 140_000, "line 2: has more than 10000 characters"),
-        ("x," * 4_900 + "\n1\n", "column = 'x': a column that is known"),
+        ("x," * 4_900 + "\n1\n", "column = 'x': must be a known column"),
         ("time_s,current_A\n" + "1\n" * 1_000_000, "cells = 1: as many as in the header, 2"),
-        ("\x1b[31m,\x1b]0;x\x07\n1,2\n", "column = '\\x1b[31m': a column that is known"),
-        ("time_s,current_A\n0,\x1b[31m\n", "current_A = \N{REPLACEMENT CHARACTER}[31m: a number"),
+        ("\x1b[31m,\x1b]0;x\x07\n1,2\n", "column = '\\x1b[31m': must be a known column"),
+        (
+            "time_s,current_A\n0,\x1b[31m\n",
+            "current_A = \N{REPLACEMENT CHARACTER}[31m: must be a number",
+        ),
         (b"time_s\xff", "is not text in UTF-8: byte 0xff at 6"),
         ("time_s,current_A\n0," + "9" * 5000 + "\n", "current_A = 999"),
         ("a" * 20_000_001, "larger than the 20 MB"),
@@ -162,7 +168,7 @@ def test_lines_that_break_one_rule_are_one_fault(file: Path) -> None:
     text = "time_s,current_A\n" + "0,\n" * 7 + "0,much\n0,1\n0,\n"
     assert faults(file, text) == [
         "log.csv, lines 2 to 9, 11: current_A = an empty cell, much: "
-        "a number, 0 or 1e-9 to 1e10 in SI units"
+        "must be a number, 0 or 1e-9 to 1e10 in SI units"
     ]
 
 
@@ -175,7 +181,7 @@ def test_many_values_with_one_fault_are_one_fault(file: Path) -> None:
     unlike = "".join(f"{n},{'no' * (n % 2)}{n}\n" for n in range(20))
     assert faults(file, f"time_s,current_A\n{unlike}") == [
         "log.csv, lines 3, 5, 7, 9, 11 and 5 more: current_A = no1, …, no19: "
-        "a number, 0 or 1e-9 to 1e10 in SI units"
+        "must be a number, 0 or 1e-9 to 1e10 in SI units"
     ]
 
 
@@ -190,7 +196,7 @@ def test_the_format_with_most_headings_is_read(file: Path) -> None:
 
 
 def test_no_file_at_all() -> None:
-    with pytest.raises(InputError, match=r"files = \[\]: a path, or several"):
+    with pytest.raises(InputError, match=r"files = \[\]: must be a path, or several"):
         fit_kibam([])
 
 

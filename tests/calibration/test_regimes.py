@@ -174,7 +174,7 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
         (
             "time_s,current_A,power_W,phase",
             "{n},20,0,hover",
-            "hover_power_W, .* = 0: a number, 1e-6",
+            "hover_power_W, .* = 0: must be a number, 1e-6",
         ),
     ],
 )

@@ -183,17 +183,17 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
     text = "\n".join(map(str, caught.value.faults))
     for words in (
         "mision = 'paper': unknown key; did you mean 'mission'?",
-        "fit.flight_tim = 'x': a number",
-        "free.flight.acceleration_m_s2 = -1: a number, x > 0",
+        "fit.flight_tim = 'x': must be a number",
+        "free.flight.acceleration_m_s2 = -1: must be a number, x > 0",
         "flight.flight_curent_A",
-        "tied.flight.charge_power_W = 3: a list",
+        "tied.flight.charge_power_W = 3: must be a list",
         "tied.flight.charge_current_A = 'wind.force_N': products of keys that are numbers",
         "tied.flight.charge_current_A = 'flight.nope': products",
-        "resolution.flight_time = 1: 'flight_time_s', 'mission_time_s'",
-        "hover_time_s = -5: a number, x >= 0",
-        "laser = 3: true or false",
+        "resolution.flight_time = 1: must be 'flight_time_s', 'mission_time_s'",
+        "hover_time_s = -5: must be a number, x >= 0",
+        "laser = 3: must be true or false",
         "given.building: where it rested",
-        "fit.battery_percent = 'much': a number",
+        "fit.battery_percent = 'much': must be a number",
         "resolution.flight_time_s: the step",
     ):
         assert words in text, words
@@ -218,9 +218,9 @@ fit = { battery_percent = 90 }
 given = { building = "b77", rest_time_s = 3, battery.capacity_As = -3 }
 """
     assert faults_of(tmp_path / "table.toml", text) == [
-        "rows[0].given.hover_time_s = -5: a number, x >= 0",
+        "rows[0].given.hover_time_s = -5: must be a number, x >= 0",
         "rows[0].given.bogus = 3: unknown key",
-        "rows[1].given.battery.capacity_As = -3: a number, 0.001 <= x <= 1e9 [A s]",
+        "rows[1].given.battery.capacity_As = -3: must be a number, 0.001 <= x <= 1e9 [A s]",
         "rows[1].given.building = 'b77': the mission's buildings are: "
         f"{', '.join(f'b{k}' for k in range(1, 11))}; did you mean 'b7'?",
     ]
@@ -236,7 +236,7 @@ given = { hover_time_s = -5 }
 fit = { battery_percent = 90 }
 """
     first, *rest = faults_of(tmp_path / "table.toml", text)
-    assert first == "rows[0].given.hover_time_s = -5: a number, x >= 0"
+    assert first == "rows[0].given.hover_time_s = -5: must be a number, x >= 0"
     assert any(words.startswith("flight.hover_power_W: is missing") for words in rest)
 
 
@@ -245,7 +245,7 @@ def test_whole_numbers_cannot_be_free(tmp_path: Path) -> None:
     row = "[[rows]]\ngiven.hover_time_s = 600\nfit.battery_percent = 20\n"
     text = f"free.battery.packs = 2\nresolution.battery_percent = 0.1\n{row}"
     (words,) = faults_of(tmp_path / "table.toml", text)
-    assert words.startswith("free.battery.packs = 2.0: a key that may have any value")
+    assert words.startswith("free.battery.packs = 2.0: must be a key that may have any value")
     assert words.endswith("whole numbers cannot be fitted")
 
 
@@ -318,7 +318,9 @@ fit = { battery_percent = 50 }
 """,
         "utf-8",
     )
-    with pytest.raises(InputError, match="rows = 'gale': a row that can be flown") as caught:
+    with pytest.raises(
+        InputError, match="rows = 'gale': must be a row that can be flown"
+    ) as caught:
         optuav.fit_table([file])
     assert len(caught.value.faults) == 1
 

@@ -107,7 +107,7 @@ def test_a_flat_outline_has_no_height_but_attributes_may(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("metadata", {}, "states no coordinate reference system"),
+        ("metadata", {}, "has no coordinate reference system"),
         ("metadata", {"referenceSystem": "local"}, "a code of EPSG"),
         ("vertices", [[0, 0, 0]], "is not CityJSON"),
         ("vertices", "none", "is not CityJSON"),
@@ -404,7 +404,9 @@ def test_a_solid_from_the_centre_of_the_earth_is_doubted(tmp_path: Path) -> None
     """A corner at z = 0 below a town on a mountain makes a building of 1500 m."""
     objects = {"a": solid(0), "b": solid(1)}
     content = blocks(tmp_path, objects, 15_000, 90)
-    with pytest.raises(optuav.InputError, match=r"feature a, height of the solid = 1500.0: a num"):
+    with pytest.raises(
+        optuav.InputError, match=r"feature a, height of the solid = 1500.0: must be a num"
+    ):
         read(content)
     city = read(content, default_height_m=8.0)
     assert (heights_m(city), city.unread) == ({"a": 8.0, "b": 9.0}, ("a",))

@@ -143,7 +143,9 @@ def test_storeys_that_cannot_be_read_are_quoted(tmp_path: Path, storeys: object)
     assert (city.unread, city.assumed_heights, city.level_heights) == (("b0",), ("b0",), ())
     assert f"building:levels = {storeys!r}" in "\n".join(city.notes())
     found = refusal(tmp_path, {"building:levels": storeys}, {"height": 9})
-    assert found[1] == f"feature 0, building:levels = {storeys!r}: a number, 0 < x <= 300 [-]"
+    assert (
+        found[1] == f"feature 0, building:levels = {storeys!r}: must be a number, 0 < x <= 300 [-]"
+    )
 
 
 def test_storeys_of_a_roof_that_cannot_be_read_are_quoted(tmp_path: Path) -> None:

@@ -162,7 +162,7 @@ def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) ->
         for table in ("gpkg_contents", "gpkg_geometry_columns"):
             base.execute(f"UPDATE {table} SET srs_id = 999999")
     base.close()
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; state it as crs")
 
 
 def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
@@ -301,7 +301,7 @@ def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
     file = geojson(tmp_path, [({"height": 10}, polygon([*corners, corners[0]]))])
     city = read(file, crs="EPSG:25833")
     assert shapely.area(city.footprints) == pytest.approx([400], rel=2e-3)
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; state it as crs")
     lines = tmp_path / "town.geojsonl"
     lines.write_text(json.dumps(json.loads(file.read_text())["features"][0]))
     assert read(lines, crs=25833).origin == city.origin
@@ -321,7 +321,7 @@ def test_an_undefined_system_of_a_geopackage_is_none(tmp_path: Path, number: int
         for table in ("gpkg_contents", "gpkg_geometry_columns"):
             base.execute(f"UPDATE {table} SET srs_id = {number}")
     base.close()
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; state it as crs")
     assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
 
 
@@ -350,7 +350,7 @@ def test_what_says_that_it_is_no_building_is_none_and_listed(tmp_path: Path) -> 
     [(3, "3"), (None, "None"), ("", "''"), (pd.DataFrame({"a": [0, 1]}), "a DataFrame of 2 rows")],
 )
 def test_a_source_is_a_path_or_a_table_with_a_map(source: object, value: str) -> None:
-    refused(source, f"^path = {value}: a path or a GeoDataFrame$")
+    refused(source, f"^path = {value}: must be a path or a GeoDataFrame$")
 
 
 def test_a_town_on_both_sides_of_the_antimeridian_needs_an_origin(tmp_path: Path) -> None:
@@ -387,7 +387,7 @@ def test_an_outline_has_as_many_corners_as_a_mission_takes(tmp_path: Path) -> No
     circle = np.column_stack([np.cos(around), np.sin(around)]) * 9000.0
     large, allowed = (polygon(ring(circle[::step].tolist())) for step in (1, 5))
     file = geojson(tmp_path, [(TALL, square(20_000)), (TALL, large)])
-    refused(file, "map.geojson: feature 1: an outline has 50000 corners, more than 10000")
+    refused(file, "map.geojson: feature 1: has an outline with 50000 corners, more than 10000")
     assert len(read(geojson(tmp_path, [(TALL, allowed)])).buildings()) == 1
 
 
@@ -459,7 +459,7 @@ def test_a_table_is_read_as_the_file_it_came_from(tmp_path: Path) -> None:
     twice = pd.concat([frame, frame[["height"]]], axis=1)
     assert read(twice).names == expected.names
     for wrong, words in (
-        (frame.set_crs(None, allow_override=True), "GeoDataFrame: states no coordinate reference"),
+        (frame.set_crs(None, allow_override=True), "GeoDataFrame: has no coordinate reference"),
         (geopandas.GeoDataFrame({"height": [3.0]}), "GeoDataFrame: has no geometry"),
         (frame.iloc[:0], "GeoDataFrame: has no buildings"),
         (frame.drop(columns="height"), "GeoDataFrame: height = 'height': no column of this name"),

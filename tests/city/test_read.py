@@ -72,7 +72,7 @@ def test_places_are_projected_as_buildings_are(tmp_path: Path) -> None:
     )
     with pytest.raises(optuav.InputError, match="latitude"):
         city.point_m(13.0, 95.0, 0.0)
-    with pytest.raises(optuav.InputError, match="height_m = 'x': a number"):
+    with pytest.raises(optuav.InputError, match="height_m = 'x': must be a number"):
         city.point_m(*HERE, "x")  # type: ignore[arg-type]
 
 
@@ -100,7 +100,7 @@ def test_a_system_that_the_file_does_not_state_is_given(tmp_path: Path) -> None:
         pyogrio.write_dataframe(
             geopandas.read_file(degrees).to_crs(25833).set_crs(None, allow_override=True), bare
         )
-    assert refusal(bare)[0].endswith("states no coordinate reference system; state it as crs")
+    assert refusal(bare)[0].endswith("has no coordinate reference system; state it as crs")
     expected, found = (read(degrees, origin=HERE), read(bare, crs="EPSG:25833", origin=HERE))
     assert shapely.hausdorff_distance(expected.footprints, found.footprints).max() < 0.01
     assert "knows" in refusal(bare, crs="EPSG:nonsense")[0]
@@ -243,8 +243,8 @@ def test_every_missing_height_is_listed_and_none_is_invented(tmp_path: Path) -> 
     assert first.endswith("3 of 4 buildings without a height; state default_height_m")
     assert each == [
         "feature 1: no height",
-        f"feature 2 = -1.0: {WORDS}",
-        f"feature 3 = 0.0: {WORDS}",
+        f"feature 2 = -1.0: must be {WORDS}",
+        f"feature 3 = 0.0: must be {WORDS}",
     ]
 
 

@@ -362,9 +362,9 @@ def test_an_own_module_of_the_name_formulations_is_named(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        (["stops=2"], "--set stops=2: not a key of the mission; state the option --stops 2"),
-        (["building=b1"], "--set building=b1: not a key of the mission; state the option --build"),
-        (["hover_point="], "--set hover_point=: not a key of the mission; state the option --hove"),
+        (["stops=2"], "--set stops=2: not a key of the mission; use the option --stops 2"),
+        (["building=b1"], "--set building=b1: not a key of the mission; use the option --build"),
+        (["hover_point="], "--set hover_point=: not a key of the mission; use the option --hove"),
         (["stps=2"], "stps = 2: unknown key"),
     ],
 )
@@ -377,7 +377,7 @@ def test_a_setting_that_is_an_option_is_named_as_written(settings: list[str], wo
 def test_a_latitude_out_of_range_is_one_error() -> None:
     """Beside it, the longitude is not asked for; without a fault it is."""
     (line,) = run("show", "paper", "--set", "earth.latitude_deg=91").err.splitlines()
-    assert line == "error: earth.latitude_deg = 91: a number, |x| <= 90 [deg]"
+    assert line == "error: earth.latitude_deg = 91: must be a number, |x| <= 90 [deg]"
     assert (
         "earth.longitude_deg: is missing"
         in run("show", "paper", "--set", "earth.latitude_deg=9").err

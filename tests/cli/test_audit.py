@@ -87,16 +87,16 @@ def test_a_picture_under_another_ending_is_refused_before_the_work(
     monkeypatch.setattr(optuav, "audit", None)
     told = refused("audit", str(itinerary), "--plot", str(tmp_path / "pr.xyz"))
     assert told.startswith("error: --plot = ")
-    assert told.endswith("pr.xyz': a name that ends in .png\n")
+    assert told.endswith("pr.xyz': must be a name that ends in .png\n")
 
 
 def test_a_shipped_mission_is_called_one() -> None:
-    told = "there is no such file; it is a shipped mission, optuav solve takes it"
+    told = "there is no such file; it is a shipped mission: use optuav solve"
     assert refused("audit", "paper") == f"error: paper: {told}\n"
 
 
 def test_help_tells_what_an_itinerary_holds() -> None:
     """Brackets would be taken for markup of the screen, and vanish."""
-    assert "schema, mission and tables stops with at (a place, or" in words(
+    assert "schema, mission and a table stops for each stop: at (a place, or" in words(
         run("audit", "--help").out
     )

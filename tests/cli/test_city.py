@@ -138,7 +138,7 @@ def test_a_large_town_is_saved_with_its_table(
     assert run("city", str(town), *SITE, "--save", str(whole)).code == 0
     size = len(whole.read_text("utf-8"))
     monkeypatch.setattr("optuav.mission.files.LARGEST_TOML", size - 1)
-    assert "state a smaller part of the map" in refused("city", str(town), *SITE)
+    assert "choose a smaller part of the map" in refused("city", str(town), *SITE)
     found = run("city", str(town), *SITE, "--save", str(file))
     assert found.code == 0
     assert [line for line in found.out.splitlines() if line.startswith("wrote")]

@@ -170,14 +170,17 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--slots", ""), "--slots = '': numbers of seconds"),
-        (("--slots", "1,x"), "--slots = '1,x': numbers of seconds"),
+        (("--slots", ""), "--slots = '': must be numbers of seconds"),
+        (("--slots", "1,x"), "--slots = '1,x': must be numbers of seconds"),
         (("--slots", "0"), "--slots = 0.0"),
         (("--slots", "1e-9"), "--slots = 1e-09"),
         (("--slots", "inf"), "--slots = inf"),
         (("--slots", "1,1.0"), "each length once"),
         (("--engines", "grid,abacus"), "engines = 'abacus': some of bracket, casadi, grid"),
-        (("--perspective", "wells"), "perspective = 'wells': one of battery, energy, adjusted"),
+        (
+            ("--perspective", "wells"),
+            "perspective = 'wells': must be one of battery, energy, adjusted",
+        ),
         (("--engines", "cvxpy"), "engines = 'cvxpy': some of bracket, casadi, grid in the persp"),
         (
             ("--by", "problem"),

@@ -130,7 +130,7 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--lp", "--mps"), "--lp, --mps: one of --latex, --lp, --mps"),
+        (("--lp", "--mps"), "--lp, --mps: must be one of --latex, --lp, --mps"),
         (("--problem", "P4"), "problem P4 needs the name of a building"),
         (("--problem", "P3", "--building", "b1"), "problem P3 takes no building"),
         (("--perspective", "wells", "--lp"), "'P1.b state of charge' is not linear"),
@@ -138,9 +138,9 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
             ("--slot-s", "5", "--mps"),
             "--slot-s = 5.0: files and models for other solvers hold",
         ),
-        (("--slot-s", "0"), "--slot-s = 0.0: a number, 0.001 <= x"),
+        (("--slot-s", "0"), "--slot-s = 0.0: must be a number, 0.001 <= x"),
         (("--hover-point", "free", "--lp"), "'P1.a outage' is not linear"),
-        (("--hover-point", "here"), "--hover-point = 'here': one of w_U, free"),
+        (("--hover-point", "here"), "--hover-point = 'here': must be one of w_U, free"),
         (("--save", "no/such/folder/x.lp", "--lp"), "there is no directory"),
         (("--set", "limits.min_soc=7"), "limits.min_soc = 7"),
     ],

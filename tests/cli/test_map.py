@@ -114,11 +114,23 @@ def test_no_plan_anywhere_is_an_honest_no() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--over", "roof", "--step", "9"), "--over = 'roof': one of device, laser, hover-point"),
-        (("--over", "laser", "--step", "0"), "--step = 0.0: a number, 0.001 <= x <= 1e6 [m]"),
+        (
+            ("--over", "roof", "--step", "9"),
+            "--over = 'roof': must be one of device, laser, hover-point",
+        ),
+        (
+            ("--over", "laser", "--step", "0"),
+            "--step = 0.0: must be a number, 0.001 <= x <= 1e6 [m]",
+        ),
         (("--over", "laser", "--step", "1", "--bounds", "a,b"), "--bounds = 'a,b': four numbers"),
-        (("--over", "laser", "--step", "9", "--save", "a.png"), "--save = 'a.png': a name that"),
-        (("--over", "laser", "--step", "9", "--save", "-"), "--save = '-': a name that ends in"),
+        (
+            ("--over", "laser", "--step", "9", "--save", "a.png"),
+            "--save = 'a.png': must be a name that",
+        ),
+        (
+            ("--over", "laser", "--step", "9", "--save", "-"),
+            "--save = '-': must be a name that ends in",
+        ),
         (("--over", "laser", "--step", "9", "--save", "no/a.tif"), "there is no directory"),
         (("--over", "laser", "--step", "500", "--save", "a.geojson"), "crs: is missing"),
     ],
@@ -139,7 +151,7 @@ def test_faults_of_all_options_are_said_at_once() -> None:
         "--step = 0.0",
         "--bounds = '1,b'",
         "--height-m = inf",
-        "--perspective = 'wels': one of",
+        "--perspective = 'wels': must be one of",
         "min_soc",
     ):
         assert said.count(words) == 1

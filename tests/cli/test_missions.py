@@ -136,20 +136,20 @@ def test_a_file_of_another_kind_is_called_by_its_name(folder: Path) -> None:
     text = 'schema = 1\nmission = "paper"\nstops = []\n'
     (folder / "stops.toml").write_text(text, "utf-8")
     (folder / "own.toml").write_text('schema = 1\nextends = "stops.toml"\n', "utf-8")
-    plan = "is a saved plan; optuav show and optuav audit take it"
-    itinerary = "is an itinerary, not a mission; optuav audit takes it"
+    plan = "is a saved plan: use optuav show or optuav audit"
+    itinerary = "is an itinerary, not a mission: use optuav audit"
     for command in ("solve", "validate"):
         assert refused(command, "plan.json") == f"error: plan.json: {plan}\n"
         assert refused(command, "stops.toml") == f"error: stops.toml: {itinerary}\n"
     assert itinerary in refused("show", "own.toml")
     for file, words in {
-        "town.toml": "is a mission, not a saved plan; optuav solve and validate take it",
-        "own.toml": "is a mission, not a saved plan; optuav solve and validate take it",
-        "stops.toml": "is an itinerary, not a saved plan; optuav audit takes it",
+        "town.toml": "is a mission, not a saved plan: use optuav solve or validate",
+        "own.toml": "is a mission, not a saved plan: use optuav solve or validate",
+        "stops.toml": "is an itinerary, not a saved plan: use optuav audit",
     }.items():
         told = refused("sensitivity", "paper", "--plan", file)
         assert told == f"error: {file}: {words}\n"
-    words = "is a mission, not an itinerary; optuav solve and validate take it"
+    words = "is a mission, not an itinerary: use optuav solve or validate"
     assert refused("audit", "town.toml") == f"error: town.toml: {words}\n"
 
 
@@ -333,10 +333,13 @@ def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     [
         (("--from", "regimes", *SHEET[2:]), "--mass-kg: is missing; a number"),
         (("--from", "regimes", *SHEET[:8]), "or state --hover-power-W\n"),
-        (("--from", "regimes", *SHEET, "--payload-kg", "-1"), "--payload-kg = -1.0: a number"),
+        (
+            ("--from", "regimes", *SHEET, "--payload-kg", "-1"),
+            "--payload-kg = -1.0: must be a number",
+        ),
         (
             ("--from", "regimes", *SHEET, "--laser-power-W", "nan"),
-            "--laser-power-W = nan: a number",
+            "--laser-power-W = nan: must be a number",
         ),
         (SHEET[:2], "--mass-kg = 4: goes with --from regimes"),
     ],
@@ -351,7 +354,7 @@ def test_a_power_out_of_range_is_the_only_fault() -> None:
     """The time in whose place it stands is not missing."""
     asked = (*SHEET[:8], *SHEET[10:], "--hover-power-W", "1e9")
     told = refused("new", "mine.toml", "--from", "regimes", *asked)
-    assert told == "error: --hover-power-W = 1000000000.0: a number, 1 <= x <= 1e6 [W]\n"
+    assert told == "error: --hover-power-W = 1000000000.0: must be a number, 1 <= x <= 1e6 [W]\n"
 
 
 @pytest.mark.parametrize(

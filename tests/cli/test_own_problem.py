@@ -127,18 +127,21 @@ class Twice(optuav.Formulation):
 BROKEN = [
     (("mine.py:LeastLaser",), "wanted_hover_s: problem LeastLaser needs a value of this field"),
     (("mine.py:LeastLaser", "wanted=7"), "takes no wanted; did you mean 'wanted_hover_s'?"),
-    (("mine.py:LeastLaser", "wanted_hover_s"), "--set = 'wanted_hover_s': KEY=VALUE"),
-    (("mine.py:LeastLaser", "wanted_hover_s=x"), "wanted_hover_s = 'x': a number"),
-    (("mine.py:LeastLaser", "wanted_hover_s=true"), "wanted_hover_s = True: a number"),
-    (("mine.py:LeastLaser", "wanted_hover_s=7", "worth=[1]"), "worth = [1]: a number"),
+    (("mine.py:LeastLaser", "wanted_hover_s"), "--set = 'wanted_hover_s': must be KEY=VALUE"),
+    (("mine.py:LeastLaser", "wanted_hover_s=x"), "wanted_hover_s = 'x': must be a number"),
+    (("mine.py:LeastLaser", "wanted_hover_s=true"), "wanted_hover_s = True: must be a number"),
+    (("mine.py:LeastLaser", "wanted_hover_s=7", "worth=[1]"), "worth = [1]: must be a number"),
     (("mine.py:LeastLasr",), "it has LeastLaser, Wrong, Longest, Short; did you mean 'LeastL"),
     (("mine.py:Longest",), "share: problem Longest needs a value of this field"),
-    (("mine.py:Longest", "share=x", "wort=1"), "share = 'x': a number\n       wort = 1: problem"),
+    (
+        ("mine.py:Longest", "share=x", "wort=1"),
+        "share = 'x': must be a number\n       wort = 1: problem",
+    ),
     (("mine.py:Short",), "--problem = Short: its declare must accept a model and the given"),
     (("mine.py:Half",), "--problem = 'mine.py:Half': the file has no class of this name"),
     (("mine.py:WORTH",), "--problem = 'mine.py:WORTH': the file has no class of this name"),
     (("mine.py:Wrong",), "mine.py, line 25: AttributeError: given has no 'lazer_power_W'; did you"),
-    (("mine.py",), "--problem = 'mine.py': FILE.py:CLASS, such as mine.py:LeastLaser"),
+    (("mine.py",), "--problem = 'mine.py': must be FILE.py:CLASS, such as mine.py:LeastLaser"),
     (("missing.py:Least",), "missing.py: there is no such file"),
     (("folder.py:Least",), "folder.py: is a directory, not a file"),
     (("pipe.py:Least",), "pipe.py: is no regular file"),
@@ -198,7 +201,7 @@ def test_the_help_says_that_the_file_is_run() -> None:
     for command in COMMANDS:
         words = " ".join(run(command, "--help").out.replace("│", " ").split())
         assert "FILE.py:CLASS for your own" in words
-        assert "with your rights: take none that you do not trust" in words
+        assert "with your rights: use only files that you trust" in words
 
 
 def test_fields_of_problems_of_the_paper_are_options() -> None:

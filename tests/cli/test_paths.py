@@ -86,7 +86,7 @@ def test_an_empty_path_is_not_the_current_folder(line: tuple[str, ...], home: Pa
     """Read or written, the last option or argument is named, and nothing is made."""
     names = {"calibrate": "files", "lessons": "directory", "sweep": "study"}
     name = names.get(line[0], line[-1])
-    assert refused(*line, "") == f"error: {name} = '': a path\n"
+    assert refused(*line, "") == f"error: {name} = '': must be a path\n"
     assert not [*Path().iterdir()]
 
 
@@ -123,4 +123,4 @@ def test_a_folder_whose_name_is_too_long_is_named(home: Path) -> None:
     ],
 )
 def test_what_is_no_text_is_not_printed(line: tuple[str, ...], name: str) -> None:
-    assert f"{name} = '-': a name that ends in ." in refused(*line, "-")
+    assert f"{name} = '-': must be a name that ends in ." in refused(*line, "-")

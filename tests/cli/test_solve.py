@@ -112,29 +112,35 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
     ("arguments", "said"),
     [
         (("nowhere",), "nowhere: there is no such file; shipped missions are matrice350"),
-        (("paper", "--problem", "P9"), "problem = 'P9': one of P1, P2, P2-tight, P3, P4"),
+        (("paper", "--problem", "P9"), "problem = 'P9': must be one of P1, P2, P2-tight, P3, P4"),
         (("paper", "--problem", "P4"), "--building: problem P4 needs the name of a building"),
         (("paper", "--problem", "P4", "--building", "b99"), "the mission's buildings are: b1"),
         (("paper", "--problem", "P3", "--order", "rest-first"), "problem P3 takes no order"),
         (("paper", "--perspective", "hopeful"), "perspective = 'hopeful'"),
-        (("paper", "--engine", "ouija"), "engine = 'ouija': one of auto, closed-form, cvxpy"),
+        (
+            ("paper", "--engine", "ouija"),
+            "engine = 'ouija': must be one of auto, closed-form, cvxpy",
+        ),
         (("paper", "--engine", "closed-form", "--slot-s", "1", *LINEAR), "continuous times only"),
         (("paper", "--engine", "cvxpy", "--perspective", "wells"), "'P1.b state of charge' is not"),
         (
             ("paper", "--engine", "cvxpy", "--solver", "ABACUS", *LINEAR),
-            "--solver = 'ABACUS': one of CVXPY's solvers",
+            "--solver = 'ABACUS': must be one of CVXPY's solvers",
         ),
         (("paper", "--slot-s", "0"), "--slot-s = 0.0"),
         (("paper", "--slot-s", "nan"), "--slot-s = nan"),
         (("paper", "--slot-s", "1e-9"), "--slot-s = 1e-09"),
-        (("paper", "--hover-point", "fre"), "--hover-point = 'fre': one of w_U, free"),
+        (("paper", "--hover-point", "fre"), "--hover-point = 'fre': must be one of w_U, free"),
         (("paper", "--time-limit-s", "-1"), "--time-limit-s = -1.0"),
-        (("paper", "--set", "limits.deadline_s"), "--set = 'limits.deadline_s': KEY=VALUE"),
+        (("paper", "--set", "limits.deadline_s"), "--set = 'limits.deadline_s': must be KEY=VALUE"),
         (
             ("paper", "--set", "limits.deadlin_s=1"),
             "unknown key; did you mean 'limits.deadline_s'?",
         ),
-        (("paper", "--set", "limits.deadline_s=soon"), "limits.deadline_s = 'soon': a number"),
+        (
+            ("paper", "--set", "limits.deadline_s=soon"),
+            "limits.deadline_s = 'soon': must be a number",
+        ),
         (("paper", "--set", "limits.deadline_s=-1"), "limits.deadline_s = -1"),
         (("paper", "--set", "wind.force_N=[nan, 0, 0]"), "wind.force_N"),
         (("paper", "--set", f"name={'[' * 5000}"), "name"),
@@ -326,7 +332,7 @@ def test_a_suffix_of_another_format_is_refused(
 ) -> None:
     """Before the work begins; no file holds what its name does not say."""
     monkeypatch.chdir(tmp_path)
-    assert refused(*arguments).endswith(f": a name that ends in {ending}\n")
+    assert refused(*arguments).endswith(f": must be a name that ends in {ending}\n")
     assert not any(tmp_path.iterdir())
 
 

@@ -165,9 +165,9 @@ def test_faults_are_said_at_once_by_the_names_of_the_options(study: Path) -> Non
     study.write_text(f"colour = 3\nproblem = 'P9'\n{STUDY}")
     said = refused("sweep", str(study))
     assert "colour = 3: unknown key" in said
-    assert "problem = 'P9': one of" in said
+    assert "problem = 'P9': must be one of" in said
     both = refused("sweep", str(study), "--workers", "0")
-    assert "--workers = 0: a whole number" in both
+    assert "--workers = 0: must be a whole number" in both
     assert "colour = 3: unknown key" in both
     study.write_text(STUDY)
     said = refused("sweep", str(study), "--scheduler", "nonsense")

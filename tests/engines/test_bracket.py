@@ -312,20 +312,23 @@ def test_figures_out_of_range_are_told_at_once() -> None:
 def test_a_single_stage_out_of_range_among_many_is_named() -> None:
     case = figures(np.random.default_rng(3))
     case["steps"] = [Stage(-1.0, np.append(np.ones(9000), -3.0)), "hover"]
-    with pytest.raises(optuav.InputError, match="duration of step 1 = -3: a number, 0 <"):
+    with pytest.raises(optuav.InputError, match="duration of step 1 = -3: must be a number, 0 <"):
         longest(case)
 
 
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"deadline_s": "soon"}, "deadline_s = 'soon': a number, or an array of numbers"),
-        ({"steps": ["hover", Stage("fast", 1.0)]}, "current of step 2 = 'fast': a number"),
+        ({"deadline_s": "soon"}, "deadline_s = 'soon': must be a number, or an array of numbers"),
+        ({"steps": ["hover", Stage("fast", 1.0)]}, "current of step 2 = 'fast': must be a number"),
         (
             {"deadline_s": np.ones(2), "min_soc": np.zeros(3)},
             r"\(2,\) of deadline_s, \(3,\) of min_s",
         ),
-        ({"min_soc": np.array([]), "capacity_As": -1.0}, "capacity_As = -1: a number, 0.001 <= x"),
+        (
+            {"min_soc": np.array([]), "capacity_As": -1.0},
+            "capacity_As = -1: must be a number, 0.001 <= x",
+        ),
     ],
 )
 def test_what_cannot_be_read_is_named(keys: dict[str, Any], words: str) -> None:

@@ -68,7 +68,7 @@ def test_what_is_no_answer_to_the_model_is_an_error_in_words(
 
 @pytest.mark.parametrize("name", ["", "auto", "closed-form"])
 def test_an_engine_needs_a_name_of_its_own(name: str) -> None:
-    with pytest.raises(optuav.InputError, match=f"engine = '{name}': a name of its own"):
+    with pytest.raises(optuav.InputError, match=f"engine = '{name}': must be a name of its own"):
         optuav.solve(
             "paper", "P3", perspective="battery", engine=Changed(lambda found: found, name)
         )

@@ -112,10 +112,10 @@ def test_a_path_is_written_in_the_form_of_its_suffix(form: str, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("form", "words"),
     [
-        ("p.txt", r"form = 'p.txt': a name that ends in \.lp, \.mps, \.nl, \.gms or \.bar"),
-        ("gsm", r"form = 'gsm': one of lp, mps, nl, gms, bar; did you mean 'gms'"),
+        ("p.txt", r"form = 'p.txt': must be a name that ends in \.lp, \.mps, \.nl, \.gms or \.bar"),
+        ("gsm", r"form = 'gsm': must be one of lp, mps, nl, gms, bar; did you mean 'gms'"),
         ("no/p.nl", "no/p.nl: there is no directory no"),
-        (3, "form = 3: a form, or the path of a file"),
+        (3, "form = 3: must be a form, or the path of a file"),
     ],
 )
 def test_another_form_is_refused(form: Any, words: str) -> None:
@@ -126,13 +126,19 @@ def test_another_form_is_refused(form: Any, words: str) -> None:
 @pytest.mark.parametrize(
     ("stated", "words"),
     [
-        ({"solver": 3}, "solver = 3: a name, such as 'appsi_highs'"),
-        ({"options": 3}, "options = 3: values by name"),
-        ({"options": {"nonsense": 1}}, r"options\['nonsense'\] = 1: an option and a value of Hi"),
-        ({"options": {"presolve": "perhaps"}}, r"options\['presolve'\] = 'perhaps': an option"),
+        ({"solver": 3}, "solver = 3: must be a name, such as 'appsi_highs'"),
+        ({"options": 3}, "options = 3: must be values by name"),
+        (
+            {"options": {"nonsense": 1}},
+            r"options\['nonsense'\] = 1: must be an option and a value of Hi",
+        ),
+        (
+            {"options": {"presolve": "perhaps"}},
+            r"options\['presolve'\] = 'perhaps': must be an option",
+        ),
         ({"options": {"time_limit": "x"}, "solver": "highs"}, r"options\['time_limit'\] = 'x'"),
-        ({"options": {"mip_rel_gap": [1]}}, r"options\['mip_rel_gap'\] = \[1\]: an option"),
-        ({"options": {3: 1}}, r"options\[3\] = 1: an option and a value of HiGHS"),
+        ({"options": {"mip_rel_gap": [1]}}, r"options\['mip_rel_gap'\] = \[1\]: must be an option"),
+        ({"options": {3: 1}}, r"options\[3\] = 1: must be an option and a value of HiGHS"),
     ],
 )
 def test_what_the_engine_does_not_take_is_refused_when_it_is_made(stated: Any, words: str) -> None:
@@ -260,7 +266,9 @@ def test_linear_solvers_refuse_the_wells() -> None:
 
 @pytest.mark.parametrize("name", ["nonsense", "ipopt_that_is_not_here", ""])
 def test_a_solver_that_is_missing_is_named(name: str) -> None:
-    with pytest.raises(InputError, match=r"solver = '.*': a solver that Pyomo finds; optuav\[py"):
+    with pytest.raises(
+        InputError, match=r"solver = '.*': must be a solver that Pyomo finds; optuav\[py"
+    ):
         optuav.solve("paper", B1, engine=Pyomo(name), perspective="battery")
 
 

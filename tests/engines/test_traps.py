@@ -208,7 +208,7 @@ def test_function_that_an_engine_cannot_take_is_named(engine: str) -> None:
 
 def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(
-        InputError, match=r"'GUROBO': one of CVXPY's solvers that are installed: .*HIGHS"
+        InputError, match=r"'GUROBO': must be one of CVXPY's solvers that are installed: .*HIGHS"
     ):
         solve("paper", engine=Cvxpy("GUROBO"), perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
@@ -235,7 +235,7 @@ def test_a_solver_is_known_by_its_name_in_any_case(name: str) -> None:
     assert plan == solve("paper", "P3", engine=Cvxpy("HIGHS"), **asked)  # type: ignore[arg-type]
     assert plan.proof == "branch and bound (HIGHS)"
     with pytest.raises(
-        InputError, match=r"'gurobo': one of CVXPY's solvers that are installed: .*HIGHS"
+        InputError, match=r"'gurobo': must be one of CVXPY's solvers that are installed: .*HIGHS"
     ):
         solve("paper", engine=Cvxpy("gurobo"), perspective="battery")
 
@@ -437,5 +437,7 @@ def test_what_is_no_engine_is_refused_in_words(given: Any, words: str) -> None:
 
 
 def test_an_engine_that_was_not_added_cannot_be_taken_out() -> None:
-    with pytest.raises(optuav.InputError, match="name = 'zzz': one that was registered: none"):
+    with pytest.raises(
+        optuav.InputError, match="name = 'zzz': must be one that was registered: none"
+    ):
         optuav.unregister("zzz")

@@ -471,7 +471,7 @@ def test_a_figure_of_a_witness_has_a_range() -> None:
     assert "a finite number [A] from 0.1 to 500" in refused("03.1", (letter, 0.05))
     letter, _ = worked("15.1")
     words = refused("15.1", (letter, {"flies_s": -1.0, "other": 2.0}))
-    assert "flies_s = -1.0: a number from 0 to 2000" in words
+    assert "flies_s = -1.0: must be a number from 0 to 2000" in words
     assert "fails_s: is missing; a number" in words
     assert "other = 2.0: the names are flies_s, fails_s" in words
 

@@ -130,7 +130,7 @@ def test_limits_have_words_roles_and_symbols(paper: Mission, by_battery: dict[st
         (
             {"perspective": "energy"},
             "559.34 s of hover promised; ✕ overfills at 157 s: the available well is full and "
-            "takes less than the plan counts on",
+            "accepts less than the plan assumes",
         ),
         (
             {"changes": {"limits.deadline_s": 60.0}},
@@ -245,7 +245,7 @@ def test_words_of_trips_and_of_what_changes_nothing(paper: Mission) -> None:
     trip = answers(paper, {"problem": "P2"})
     assert trip["verdict"]["promise"] == "75.79 s of travel"  # Of the direct flight alone
     still = {e["key"]: e["idle"]["words"] for e in answers(paper, {})["controls"] if e["idle"]}
-    assert still["limits.deadline_s"] == "the plan ends there"
+    assert still["limits.deadline_s"] == "the plan ends then"
     kink = next(e for e in answers(paper, {})["presets"] if e["short"] == "Kink")["state"]
     assert "0.0 s" not in answers(paper, kink)["verdict"]["route"]
 

@@ -65,8 +65,8 @@ def test_the_question_is_chosen(open_page: Open) -> None:
     page = open_page()
     for name, value, words in (
         ("Judge by", "battery", "719.54 s of hover promised; ✕ falls"),
-        ("Way", "direct", "688.85 s of hover"),
-        ("Way", "optimal", "719.54 s of hover"),
+        ("Route", "direct", "688.85 s of hover"),
+        ("Route", "optimal", "719.54 s of hover"),
         ("Rest on", "b1", "719.54 s of hover"),
         ("Order", "rest-first", "719.54 s of hover"),
         ("Rest on", "", "719.54 s of hover"),
@@ -138,7 +138,7 @@ def test_a_bad_value_is_told_and_the_picture_stays(open_page: Open) -> None:
     field.fill("much")
     told = page.locator(".faults li")
     playwright.expect(told).to_have_text(
-        f"{KEPT}: limits.min_soc = 'much': a number, 0 <= x < 1 [-]"
+        f"{KEPT}: limits.min_soc = 'much': must be a number, 0 <= x < 1 [-]"
     )
     playwright.expect(field).to_have_attribute("aria-invalid", "true")
     assert page.locator("figure.map svg").first.inner_html() == drawn
@@ -206,7 +206,7 @@ def test_a_link_with_a_refused_state_opens_the_mission_itself(
 ) -> None:
     """With the reason; and no page is dead."""
     page = open_page(fragment=fragment(state=stated))
-    told(page, "The mission is shown as it is", words)
+    told(page, "so the mission is shown unchanged", words)
     says(page, "597.27 s of hover")
     page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("900")
     says(page, "591.57 s of hover")
@@ -220,14 +220,14 @@ def test_a_link_with_a_refused_state_opens_the_mission_itself(
 def test_a_link_that_was_cut_says_so(open_page: Open, cut: str) -> None:
     """The mission is shown, but not as if the link had stated it."""
     page = open_page(fragment=cut)
-    told(page, "as what the address states cannot be read")
+    told(page, "The address cannot be read")
     says(page, "597.27 s of hover")
 
 
 def test_a_link_with_a_refused_pin_opens_the_rest(open_page: Open) -> None:
     late = {"changes": {"limits.deadline_s": 900}}
     page = open_page(fragment=fragment(state=late, pinned={"building": "zzz"}))
-    told(page, "The pinned plan of the address is left out", "zzz")
+    told(page, "The pinned plan in the address was left out", "zzz")
     says(page, "591.57 s of hover")
     assert page.locator(".pinned").count() == 0
     page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("1200")

@@ -485,13 +485,13 @@ def test_the_drone_follows_a_way_that_bends(browser: Any) -> None:
 def test_a_control_that_changes_nothing_says_why_beside_it(open_page: Open) -> None:
     page = opened(open_page, "desktop")
     laser = page.locator(".slider", has_text="Laser power")
-    words = "changes nothing from 790 W up: the charging current caps at 10 A"
+    words = "no effect from 790 W up: the charging current is capped at 10 A"
     playwright.expect(laser.locator(".note")).to_have_text(words)
     assert laser.locator(".inert").evaluate("(each) => each.getBoundingClientRect().width") > 100
-    page.get_by_label("Way", exact=True).select_option("direct")
+    page.get_by_label("Route", exact=True).select_option("direct")
     rests(page)
     order = page.locator(".choice[data-name=order]")
-    playwright.expect(order.locator(".note")).to_have_text("without a rest, none")
+    playwright.expect(order.locator(".note")).to_have_text("there is no rest")
 
 
 def test_the_header_says_verdict_and_reason(open_page: Open) -> None:
@@ -509,7 +509,7 @@ def test_the_header_says_verdict_and_reason(open_page: Open) -> None:
         playwright.expect(why).to_contain_text(binds)
     page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("60")
     playwright.expect(verdict).to_have_text("✕ no plan: the deadline is shorter than the flight")
-    playwright.expect(page.locator("figure.plane text").last).to_contain_text("kept nowhere here")
+    playwright.expect(page.locator("figure.plane text").last).to_contain_text("violated everywhere")
 
 
 def test_a_lecture_is_large_and_has_the_chosen_controls_alone(open_page: Open) -> None:

@@ -154,7 +154,7 @@ def test_tabs_open_pictures_and_links_keep_them(open_page: Any) -> None:
     for name, words in (
         ("Beam", ("on the receiver", "370.3 W")),
         ("Speed", ("best range: 17.9 m/s", "air speed, m/s")),
-        ("Day", ("drone 4", "who covers", "laser: 4", "4 drones leave no gap")),
+        ("Day", ("drone 4", "on station", "laser: 4", "4 drones leave no gap")),
     ):
         tab(page, name)
         for word in words:
@@ -164,7 +164,7 @@ def test_tabs_open_pictures_and_links_keep_them(open_page: Any) -> None:
         selected = page.locator("figcaption [role=tab][aria-selected=true]")
         assert selected.all_text_contents() == [name]
     again = open_page(fragment=f"#{page.url.partition('#')[2]}")
-    assert "who covers" in again.locator("figure.plane").inner_text()
+    assert "on station" in again.locator("figure.plane").inner_text()
     again.get_by_role("button", name="Reset").click()
     rests(again)
     assert "rest time" in again.locator("figure.plane").inner_text()
@@ -215,5 +215,5 @@ def test_a_lecture_shows_the_picture_of_its_link(open_page: Any) -> None:
     state = quote(json.dumps({"state": {"picture": "day"}, "pinned": None}))
     page = open_page(1920, "light", f"?lecture#{state}", 1080)
     rests(page)
-    assert "who covers" in page.locator("figure.plane").inner_text()
+    assert "on station" in page.locator("figure.plane").inner_text()
     assert page.evaluate(CROWDED) == []

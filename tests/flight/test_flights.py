@@ -115,9 +115,9 @@ def test_a_batch_of_winds_is_each_mission_alone() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"flight.speed": "fast"}, "flight.speed = 'fast': one of"),
+        ({"flight.speed": "fast"}, "flight.speed = 'fast': must be one of"),
         ({"flight.speed": "max", "flight.cruise_speed_m_s": 5}, "either speed or cruise_speed_m_s"),
-        ({"flight.efficiency": 0}, "flight.efficiency = 0: a number, 0 < x <= 1"),
+        ({"flight.efficiency": 0}, "flight.efficiency = 0: must be a number, 0 < x <= 1"),
         ({"wind.velocity_m_s": 6}, "three numbers [x, y, 0], such as [6, 0, 0]"),
         ({"wind.force_N": [1, 0, 0]}, '[0, 0, 0] with flight.model = "rotary-wing"'),
         ({"air.density_kg_m3": 1.2}, 'not with flight.model = "rotary-wing"'),

@@ -378,7 +378,7 @@ class Misfit(Formulation):
 
 
 def test_a_negative_time_makes_no_plan() -> None:
-    with pytest.raises(optuav.InputError, match="hover_time_s = -5: a plan needs at least 0 s"):
+    with pytest.raises(optuav.InputError, match="hover_time_s = -5: must be at least 0 s"):
         optuav.solve("paper", Backwards(), perspective="battery")
 
 

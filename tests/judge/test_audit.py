@@ -289,13 +289,16 @@ SECONDS = "a number, 0 <= x <= 1e7 [s]"
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("stops = 3", "stops = 3: tables [[stops]], each a table"),
-        ('stops = ["b1"]', "stops.0 = 'b1': a table (in Python a Stop) with at, kind, duration_s"),
+        ("stops = 3", "stops = 3: must be tables [[stops]], each a table"),
+        (
+            'stops = ["b1"]',
+            "stops.0 = 'b1': must be a table (in Python a Stop) with at, kind, duration_s",
+        ),
         (STOP * 10_001, "at most 10000"),
         (STOP.replace("duration_s = 5", ""), f"stops.0.duration_s: is missing; {SECONDS}"),
         (STOP.replace("_s = 5", "_min = 5"), "unknown key; did you mean 'duration_s'?"),
         *(
-            (STOP.replace("= 5", f"= {value}"), f"stops.0.duration_s = {shown}: {SECONDS}")
+            (STOP.replace("= 5", f"= {value}"), f"stops.0.duration_s = {shown}: must be {SECONDS}")
             for value, shown in (
                 ("-5", "-5"),
                 ("nan", "nan"),
@@ -307,9 +310,9 @@ SECONDS = "a number, 0 <= x <= 1e7 [s]"
                 ("1" + "0" * 400, "an integer of 1329 bits"),
             )
         ),
-        (STOP.replace('"b1"', "9"), "stops.0.at = 9: the name of a place"),
+        (STOP.replace('"b1"', "9"), "stops.0.at = 9: must be the name of a place"),
         (STOP.replace('"b1"', '"b99"'), "stops.0.at = 'b99': is not a place of the mission paper"),
-        (STOP.replace('"rest"', '"Rest"'), 'stops.0.kind = \'Rest\': "rest" or "hover"'),
+        (STOP.replace('"rest"', '"Rest"'), 'stops.0.kind = \'Rest\': must be "rest" or "hover"'),
     ],
 )
 def test_a_broken_itinerary_is_refused_in_our_words(text: str, words: str, tmp_path: Path) -> None:
@@ -329,7 +332,7 @@ def test_the_mission_of_an_itinerary_is_refused_as_its_key(tmp_path: Path) -> No
         (".", "mission = '.': is a directory, not a file"),
         (
             "",
-            "mission = '': the name of a shipped mission, a path relative to this file, or a",
+            "mission = '': must be the name of a shipped mission, a path relative to this file",
         ),
     ):
         path = itinerary(tmp_path, f'schema = 1\nmission = "{name}"\nstops = []')
@@ -448,7 +451,7 @@ def test_a_point_may_be_an_array() -> None:
         stop = {"at": at, "kind": "hover", "duration_s": 3.0}
         stated = {"schema": 1, "mission": "paper", "stops": [stop]}
         assert optuav.audit(stated).flyable == expected.flyable
-    with pytest.raises(InputError, match=r"at = \[1000\.0, 2900\.0\]: the name of a place"):
+    with pytest.raises(InputError, match=r"at = \[1000\.0, 2900\.0\]: must be the name of a place"):
         Itinerary("paper", Stop(np.array(hover[:2]), "hover", 3.0))
 
 

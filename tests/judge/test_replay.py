@@ -420,9 +420,9 @@ def test_there_is_nothing_to_replay_without_a_plan(name: str) -> None:
     ("stop", "words"),
     [
         (("b99", "rest", 1.0), "stops.0.at = 'b99': is not a place of the mission paper"),
-        (("b1", "sleep", 1.0), 'stops.0.kind = \'sleep\': "rest" or "hover"'),
-        (("b1", "rest", -1.0), "stops.0.duration_s = -1.0: a number, 0 <= x <= 1e7"),
-        (("b1", "rest", float("nan")), "stops.0.duration_s = nan: a number, 0 <= x <= 1e7"),
+        (("b1", "sleep", 1.0), 'stops.0.kind = \'sleep\': must be "rest" or "hover"'),
+        (("b1", "rest", -1.0), "stops.0.duration_s = -1.0: must be a number, 0 <= x <= 1e7"),
+        (("b1", "rest", float("nan")), "stops.0.duration_s = nan: must be a number, 0 <= x <= 1e7"),
     ],
 )
 def test_stops_that_cannot_be_are_refused(stop: tuple[Any, ...], words: str) -> None:

@@ -118,9 +118,9 @@ def test_a_receiver_cannot_get_more_than_all_light() -> None:
     """χA > D² is refused, χA = D² is not, whatever rounding does to it."""
     words = faults(WIDE, {"receiver.area_m2": 0.0101})
     most = "x <= 0.01 [m2], which is laser.aperture_m squared / receiver.optics_efficiency"
-    assert f"receiver.area_m2 = 0.0101: a number, {most}" in words
+    assert f"receiver.area_m2 = 0.0101: must be a number, {most}" in words
     dim = faults(WIDE, {"receiver.area_m2": 0.05, "receiver.optics_efficiency": 0.3})
-    assert "receiver.area_m2 = 0.05: a number, x <= 0.03333333333 [m2]" in dim
+    assert "receiver.area_m2 = 0.05: must be a number, x <= 0.03333333333 [m2]" in dim
     WIDE.replace({"receiver.area_m2": 0.03333333333, "receiver.optics_efficiency": 0.3})
     for aperture_m in np.linspace(0.1, 1.0, 10):
         area_m2 = round(float(aperture_m) ** 2, 10)

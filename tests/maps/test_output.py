@@ -79,8 +79,12 @@ def test_contours_are_where_the_map_has_their_values(tmp_path: Path) -> None:
     ("crs", "name", "words"),
     [
         (None, "a.geojson", "crs: is missing; GeoJSON holds longitudes and latitudes"),
-        ("nowhere", "a.tif", "crs = 'nowhere': a coordinate reference system that pyproj knows"),
-        ("EPSG:4326", "a.tif", "crs = 'EPSG:4326': a reference system in metres"),
+        (
+            "nowhere",
+            "a.tif",
+            "crs = 'nowhere': must be a coordinate reference system that pyproj knows",
+        ),
+        ("EPSG:4326", "a.tif", "crs = 'EPSG:4326': must be a reference system in metres"),
         ("EPSG:2263", "a.geojson", "a reference system in metres"),
         (None, "a.png", "a name that ends in .tif, .tiff or .geojson"),
     ],

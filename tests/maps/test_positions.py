@@ -130,7 +130,7 @@ def test_a_map_is_a_labelled_array_with_units() -> None:
 @pytest.mark.parametrize(
     ("grid", "options", "words"),
     [
-        (0, {}, "step_m = 0: a number, 0.001 <= x <= 1e6 [m]"),
+        (0, {}, "step_m = 0: must be a number, 0.001 <= x <= 1e6 [m]"),
         (-5.0, {}, "step_m = -5.0: "),
         (math.nan, {}, "step_m = nan: "),
         (True, {}, "step_m = true: "),
@@ -144,10 +144,10 @@ def test_a_map_is_a_labelled_array_with_units() -> None:
         (10, {"bounds": (0, 0, math.nan, 1)}, "bounds = [0, 0, nan, 1]: least x"),
         (10, {"bounds": (0, 0, 2e6, 1e6)}, "|x| <= 1e6"),
         (60, {"bounds": (0, 0, 50, 500)}, "at least two points each way"),
-        (100, {"height_m": math.inf}, "height_m = inf: a number, |x| <= 1e6 [m]"),
-        (100, {"perspective": "none"}, "perspective = 'none': one of"),
+        (100, {"height_m": math.inf}, "height_m = inf: must be a number, |x| <= 1e6 [m]"),
+        (100, {"perspective": "none"}, "perspective = 'none': must be one of"),
         (0.01, {}, "at most 4000000 points, which take 0.4 GB"),
-        (1, {"bounds": (0, 0, 2999, 2999)}, "3000 × 3000 = 9000000 points: at most"),
+        (1, {"bounds": (0, 0, 2999, 2999)}, "3000 × 3000 = 9000000 points: must be at most"),
     ],
 )
 def test_faults_are_named(grid: Any, options: dict[str, Any], words: str) -> None:

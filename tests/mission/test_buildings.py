@@ -178,9 +178,9 @@ def test_a_fault_in_a_long_table_is_found_by_its_number(monkeypatch: pytest.Monk
     columns = {"name": [*"abcdefgb"], "x_m": range(8), "y_m": [0.0] * 8, "z_m": [1.0] * 8}
     columns["z_m"] = [1.0] * 5 + [NAN, 1.0, 1.0]
     assert faults_of(PAPER, **columns) == [
-        "buildings.f.position_m = [5, 0.0, nan]: three numbers [x, y, z], |x| and |y| <= 1e6, "
-        "0 <= z <= 1e6 [m]",
-        "buildings[7].name = 'b': a name of its own; buildings[1] has this one",
+        "buildings.f.position_m = [5, 0.0, nan]: must be three numbers [x, y, z], |x| and |y| "
+        "<= 1e6, 0 <= z <= 1e6 [m]",
+        "buildings[7].name = 'b': must be a name of its own; buildings[1] has this one",
     ]
 
 

@@ -255,8 +255,8 @@ def test_a_redirected_output_that_is_named_as_a_file_keeps_all(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("a = 1\na = 2\n", "line 2, column 6: a key or a table is stated twice"),
-        ("a = 1\n[b]\n[b]", "line 3, column 3: a key or a table is stated twice"),
+        ("a = 1\na = 2\n", "line 2, column 6: a key or a table appears twice"),
+        ("a = 1\n[b]\n[b]", "line 3, column 3: a key or a table appears twice"),
         ("a = ", "its end: this is neither a key nor a value"),
         ("a 1", "line 1, column 3: an equals sign is missing"),
         ("a = 1 b", "line 1, column 7: a new line is missing after the value"),

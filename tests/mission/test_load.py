@@ -262,7 +262,7 @@ def test_a_fault_between_files_names_the_mission_that_is_shipped(tmp_path: Path)
     with pytest.raises(InputError) as caught:
         load(top)
     assert str(caught.value) == (
-        "paper: limits.max_altitude_m = 100: a number, x >= min_altitude_m = 200 [m]"
+        "paper: limits.max_altitude_m = 100: must be a number, x >= min_altitude_m = 200 [m]"
     )
 
 
@@ -665,7 +665,7 @@ def test_a_table_of_buildings_is_refused_with_all_its_faults() -> None:
         paper.with_buildings({"name": ["a"], "x_mm": [0, 1], "y_m": [0], "z_m": [1]})
     told = sorted(map(str, caught.value.faults))
     assert told == [
-        "columns = name 1, x_mm 2, y_m 1, z_m 1: of equal length",
+        "columns = name 1, x_mm 2, y_m 1, z_m 1: must be of equal length",
         "x_m: is missing",
         "x_mm: unknown column; did you mean 'x_m'?",
     ]

@@ -111,10 +111,13 @@ HEAD = "name,x_m,y_m,z_m\n"
         ("name,x,y_m,z_m\na,1,2,3\n", ["x: unknown column", "x_m: is missing"]),
         ("name,x_m,y_m,z_m,z_m\n", ["z_m: is there twice"]),
         (HEAD + "a,1,2\nb,1,2,3\nc,1,2,3,4\n", ["row 1: 3 cells, not 4", "row 3: 5 cells, not 4"]),
-        (HEAD + "a,1,2,nan\n", ["buildings.a.position_m = [1.0, 2.0, nan]: three numbers"]),
-        (HEAD + "a,1,2,\n", ["buildings.a.position_m = [1.0, 2.0, None]: three numbers"]),
-        (HEAD + "a,1,2,3m\n", ["buildings.a.position_m = [1.0, 2.0, '3m']: three numbers"]),
-        (HEAD + "a,1_0,2,3\n", ["buildings.a.position_m = ['1_0', 2.0, 3.0]: three numbers"]),
+        (HEAD + "a,1,2,nan\n", ["buildings.a.position_m = [1.0, 2.0, nan]: must be three numbers"]),
+        (HEAD + "a,1,2,\n", ["buildings.a.position_m = [1.0, 2.0, None]: must be three numbers"]),
+        (HEAD + "a,1,2,3m\n", ["buildings.a.position_m = [1.0, 2.0, '3m']: must be three numbers"]),
+        (
+            HEAD + "a,1_0,2,3\n",
+            ["buildings.a.position_m = ['1_0', 2.0, 3.0]: must be three numbers"],
+        ),
         (HEAD + "a,1,2,-3\na,1,2,3\n", ["buildings[0].position_m", "buildings[1].name = 'a'"]),
         (HEAD + ",1,2,3\nhover,1,2,3\n", ["buildings[0].name = ''", "buildings.hover.name"]),
         (b"\xff\xfe", ["is not text in UTF-8"]),
@@ -144,7 +147,7 @@ def test_faults_of_a_mission_and_of_its_table_are_told_together(tmp_path: Path) 
     [
         ('"none.csv"', "buildings_file = 'none.csv': "),
         ('"."', "is no regular file"),
-        ("3", "buildings_file = 3: a path relative to this file"),
+        ("3", "buildings_file = 3: must be a path relative to this file"),
         ('"block.toml"', "has none of the suffixes .csv, .parquet"),
         ('"a\\u0000b.csv"', "there is no such file"),
     ],
@@ -223,14 +226,17 @@ def test_a_map_that_does_not_fit_is_refused(geopandas: Any, tmp_path: Path) -> N
         (frame_of(geopandas, "EPSG:4326"), ["has x and y in degree, not in metres; optuav city"]),
         (frame_of(geopandas, "EPSG:2263"), ["has x and y in US survey foot, not in metres"]),
         (frame_of(geopandas, z_m=None, height=[1, 2, 3]), ["z_m: is missing; there are name, x_m"]),
-        (frame_of(geopandas, z_m=["1", "two", "3"]), ["z_m: a column of numbers"]),
+        (frame_of(geopandas, z_m=["1", "two", "3"]), ["z_m: must be a column of numbers"]),
         (
             frame_of(geopandas, z_m=[1.0, float("nan"), -1.0], name=["a", "a", "b"]),
             ["buildings[1].position_m", "buildings.b.position_m", "buildings[1].name = 'a'"],
         ),
         (
             frame_of(geopandas, geometry=shapes),
-            ["buildings[0].footprint_m = Polygon: one polygon", "buildings[1].footprint_m = Line"],
+            [
+                "buildings[0].footprint_m = Polygon: must be one polygon",
+                "buildings[1].footprint_m = Line",
+            ],
         ),
         (
             frame_of(geopandas, x_m=[99.0, 1.0, 110.0]),

@@ -149,7 +149,9 @@ def test_wells_are_those_of_lithium_unless_the_mission_has_others() -> None:
 def test_a_battery_without_wells_is_refused() -> None:
     with pytest.raises(optuav.InputError, match="battery = 'nimh'"):
         Datasheet(**KNOWN, battery="nimh")
-    with pytest.raises(optuav.InputError, match="battery = 'nimh': one of lipo, liion, paper"):
+    with pytest.raises(
+        optuav.InputError, match="battery = 'nimh': must be one of lipo, liion, paper"
+    ):
         template(optuav.load("paper"), "mine", battery="nimh")  # type: ignore[arg-type]
 
 
@@ -222,8 +224,8 @@ def test_all_faults_are_told_at_once() -> None:
         Datasheet(**values)
     told = {fault.key: str(fault) for fault in caught.value.faults}
     assert told == {
-        "mass_kg": "mass_kg = -1: a number, 0.05 <= x <= 1000 [kg]",
-        "cells": "cells = 'six': a whole number, 1 <= x <= 100 [-]",
+        "mass_kg": "mass_kg = -1: must be a number, 0.05 <= x <= 1000 [kg]",
+        "cells": "cells = 'six': must be a whole number, 1 <= x <= 100 [-]",
         "hover_min": "hover_min: is missing; a number, 1 <= x <= 10000 [min]; "
         "or state hover_power_W",
         "wings": "wings = 2: unknown key",

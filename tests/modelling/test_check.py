@@ -71,7 +71,8 @@ def test_names_that_the_model_has_not_and_missing_ones_are_told_together() -> No
         check(one_constraint("<="), {"y": 1.0})
     assert [fault.key for fault in refusal.value.faults] == ["x", "y"]
     assert str(refusal.value) == (
-        "x: a variable of the model without a value\ny = 1.0: the model has no such name; it has x"
+        "x: is a variable of the model and needs a value\n"
+        "y = 1.0: the model has no such name; it has x"
     )
 
 
@@ -159,7 +160,7 @@ def test_arrays_fit_those_of_the_model() -> None:
     x = model.variable("x", "x", unit="s", upper=Parameter("limit", "L", "s", np.array([1.0, 2.0])))
     model.subject_to("twice", 2.0 * x <= 100.0)
     assert check(model, {"x": 1.5})[-1].satisfied.tolist() == [False, True]
-    words = r"x \(3,\): arrays whose shapes broadcast, also with the model's \(2,\)$"
+    words = r"x \(3,\): must be arrays whose shapes broadcast, also with the model's \(2,\)$"
     with pytest.raises(InputError, match=words):
         check(model, {"x": [1.0, 2.0, 3.0]})
     assert check(model, {"x": [1.0, 2.0, 3.0], "limit": 2.5})[-1].satisfied.tolist() == [
@@ -226,5 +227,7 @@ def test_arrays_have_one_entry_or_one_a_programme() -> None:
     refuse_misfits(bounded_by(np.array([1.0])), 3)
     refuse_misfits(bounded_by(1.0), 3)
     for right in (three, lambda x: x * three, Parameter("p", "p", "1", three)):
-        with pytest.raises(InputError, match=r"bad = array of shape \(3,\): arrays with one entry"):
+        with pytest.raises(
+            InputError, match=r"bad = array of shape \(3,\): must be arrays with one entry"
+        ):
             refuse_misfits(bounded_by(right), 2)

@@ -151,7 +151,7 @@ def test_all_faults_are_listed_at_once() -> None:
 def test_anything_but_a_directed_graph_is_refused(other: Any) -> None:
     """With the type that it has instead."""
     (fault,) = optuav.validate_graph(other)
-    assert str(fault) == f"graph = {type(other).__name__}: a networkx.DiGraph is needed"
+    assert str(fault) == f"graph = {type(other).__name__}: must be a networkx.DiGraph"
 
 
 def test_an_empty_graph_has_no_ends() -> None:

@@ -303,7 +303,10 @@ def test_command_line(found: Ledger) -> None:
         assert "`paper-table2` has recovered parameters: loads fitted" in " ".join(text.split())
     assert "optuav ledger fig7-energy" not in details  # which is what its reader just ran
     unknown = refused("ledger", "nosuch")
-    assert "name = 'nosuch': the name of an entry, or a beginning of names: source, eq5" in unknown
+    assert (
+        "name = 'nosuch': must be the name of an entry, or a beginning of names: source, eq5"
+        in unknown
+    )
     assert "fig9, fig10" in unknown
     assert "did you mean 'table2'?" in refused("ledger", "table3")
     assert "--save" in refused("ledger", "text-e1", "--save", "ledger.txt")

@@ -246,7 +246,9 @@ def test_each_file_says_that_nobody_flew_it(suffix: str, tmp_path: Path) -> None
         assert (NOT_FLOWN in file.read_text("utf-8")) != (file.suffix == ".waypoints")
     fallen = placed(problem="P3", perspective="battery")
     file = tmp_path / f"b{suffix}"
-    with pytest.raises(InputError, match=r"plan\.flyable = false: true; the available well runs"):
+    with pytest.raises(
+        InputError, match=r"plan\.flyable = false: must be true; the available well runs"
+    ):
         fallen.export(file)
     assert not [*tmp_path.glob("b*")]
     assert "runs dry at 660.26 s" in fallen.export(file, force=True)[-1].read_text("utf-8")
@@ -282,8 +284,11 @@ def test_what_is_refused(tmp_path: Path) -> None:
         ({"earth.latitude_deg": 3.0}, "earth.longitude_deg: is missing"),
         ({"earth.longitude_deg": 3.0}, "earth.latitude_deg: is missing"),
         ({**BERLIN, "crs": "EPSG:25833"}, "earth.latitude_deg = 52.5: not beside crs"),
-        ({**BERLIN, "earth.latitude_deg": 91.0}, r"earth.latitude_deg = 91.0: a number, \|x\| <="),
-        ({"earth.altitude_m": "high"}, "earth.altitude_m = 'high': a number"),
+        (
+            {**BERLIN, "earth.latitude_deg": 91.0},
+            r"earth.latitude_deg = 91.0: must be a number, \|x\| <=",
+        ),
+        ({"earth.altitude_m": "high"}, "earth.altitude_m = 'high': must be a number"),
     ],
 )
 def test_a_place_on_earth_is_whole(values: dict[str, object], words: str) -> None:

@@ -200,16 +200,16 @@ def test_a_wrong_list_is_reported_by_its_entries(tmp_path: Path) -> None:
     data = json.loads(TEXTS["optimal"])
     data["phases"][1]["stages"][0]["duration_s"] = -1.0
     text = refusal(json.dumps(data), tmp_path)
-    assert text.endswith("phases.1.stages.0.duration_s = -1.0: a number, x >= 0")
+    assert text.endswith("phases.1.stages.0.duration_s = -1.0: must be a number, x >= 0")
     assert "\n" not in text
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"phases": []}, "a plan that is optimal needs phases and soc"),
-        ({"soc": None}, "a plan that is optimal needs phases and soc"),
-        ({"status": "infeasible"}, "a plan that is infeasible has no phases and soc"),
+        ({"phases": []}, "with status optimal, a plan needs phases and soc"),
+        ({"soc": None}, "with status optimal, a plan needs phases and soc"),
+        ({"status": "infeasible"}, "with status infeasible, a plan has no phases and soc"),
         ({"mission": None}, "mission"),
         ({"mission": {}}, "mission.route"),
         ({"mission": 5}, "mission"),
@@ -227,7 +227,7 @@ def test_the_phases_decide_not_what_is_repeated_for_the_reader(tmp_path: Path) -
     for name in DERIVED:
         data.pop(name)
     assert load(json.dumps(data), tmp_path) == plans()["optimal"]
-    with pytest.raises(InputError, match=r"hover_time_s = 1000000000\.0: 719"):
+    with pytest.raises(InputError, match=r"hover_time_s = 1000000000\.0: must be 719"):
         load(spoilt(hover_time_s=1e9), tmp_path)
 
 
@@ -314,8 +314,8 @@ def test_a_plan_of_a_million_wrong_values_is_refused_in_a_few_words(tmp_path: Pa
     """One fault a list, or the limit of phases: not a message for each value."""
     file, plan = tmp_path / "plan.json", optuav.solve("paper", perspective="battery").to_dict()
     for name, value, words in (
-        ("phases", [1] * 10_001, "phases: a list of at most 10000"),
-        ("notes", [1] * 30_000, "notes.0 = 1: a string"),
+        ("phases", [1] * 10_001, "phases: must be a list of at most 10000"),
+        ("notes", [1] * 30_000, "notes.0 = 1: must be a string"),
         ("x", [1] * 2_000_000, "has more than 2000000 values"),
     ):
         file.write_text(json.dumps({**plan, name: value}))

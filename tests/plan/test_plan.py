@@ -209,7 +209,7 @@ def with_phases(change: Any) -> Plan:
     [
         (lambda p: p[:1] + p[2:][::-1], "begins elsewhere than the one before it ends"),
         (lambda p: (p[1],), "at least one is a flight"),
-        (lambda p: (), "a plan that is optimal needs phases and soc"),
+        (lambda p: (), "with status optimal, a plan needs phases and soc"),
         (lambda p: (replace(p[0], end_place="b99"),), "'b99' is not a place"),
         (lambda p: (replace(p[0], kind="rest"),), "a rest ends where it begins"),
         (lambda p: (replace(p[0], bound_As=(1.0, 2.0)),), "one entry a pack"),
@@ -230,7 +230,7 @@ def test_an_infeasible_plan_has_no_phases() -> None:
     """Status and phases go together."""
     plan = plans()["optimal"]
     fields = {name: getattr(plan, name) for name in Plan.model_fields}
-    with pytest.raises(ValidationError, match="infeasible has no phases and soc"):
+    with pytest.raises(ValidationError, match="infeasible, a plan has no phases and soc"):
         Plan(**fields | {"status": "infeasible"})
 
 

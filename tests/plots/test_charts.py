@@ -38,7 +38,7 @@ def test_bars_are_as_high_as_their_numbers() -> None:
 
 def test_bars_of_another_name_are_refused() -> None:
     """With the names that there are, and the nearest of them."""
-    with pytest.raises(InputError, match=r"name = 'batery': one of battery, .*battery"):
+    with pytest.raises(InputError, match=r"name = 'batery': must be one of battery, .*battery"):
         plots.bars([Bar("a", "batery", 1.0)], title="t", y_label="Δ [s]")
 
 
@@ -92,5 +92,5 @@ def test_curves_without_a_finite_value_and_of_no_known_well_are_refused() -> Non
     line = plots.Line("lost", [0.0, 1.0], [float("nan"), float("inf")])
     with pytest.raises(InputError, match="nothing to draw"):
         plots.curves([line], title="", x_label="", y_label="")
-    with pytest.raises(InputError, match="well = 'bund': one of available, bound"):
+    with pytest.raises(InputError, match="well = 'bund': must be one of available, bound"):
         plots.curves([line._replace(well="bund")], title="", x_label="", y_label="")

@@ -68,5 +68,5 @@ def test_a_variable_that_is_no_number_is_refused(variable: str, words: str) -> N
 
 
 def test_without_any_plan_there_is_nothing_to_draw() -> None:
-    with pytest.raises(InputError, match="a plan in one scenario at least"):
+    with pytest.raises(InputError, match="must have a plan in at least one scenario"):
         plots.distribution(optuav.batch("paper", {"limits.deadline_s": [1.0, 2.0]}))

@@ -152,7 +152,7 @@ def test_a_picture_has_the_format_of_its_suffix(name: str, start: bytes, tmp_pat
 @pytest.mark.parametrize("name", ["map.xyz", "map", "map.svgz"])
 def test_a_suffix_that_no_picture_has_is_refused(name: str, tmp_path: Path) -> None:
     ax = style.page(1.0, 1.0).subplots()
-    words = rf"{name}': a name that ends in \.png, \.svg, \.pdf, "
+    words = rf"{name}': must be a name that ends in \.png, \.svg, \.pdf, "
     with pytest.raises(InputError, match=words):
         plots.save(ax, tmp_path / name)
     with pytest.raises(InputError, match=words):

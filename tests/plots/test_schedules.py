@@ -99,5 +99,7 @@ def test_no_words_lie_on_others(
 
 
 def test_no_plan_at_all_is_refused() -> None:
-    with pytest.raises(InputError, match=r"plans = \[\]: a plan, the path of its file, or several"):
+    with pytest.raises(
+        InputError, match=r"plans = \[\]: must be a plan, the path of its file, or several"
+    ):
         plots.packs([])

@@ -99,7 +99,9 @@ def test_no_words_lie_on_others(
 
 
 def test_what_cannot_be_drawn_is_refused(plans: list[optuav.Plan]) -> None:
-    with pytest.raises(InputError, match=r"plans = \[\]: a plan, the path of its file, or several"):
+    with pytest.raises(
+        InputError, match=r"plans = \[\]: must be a plan, the path of its file, or several"
+    ):
         plots.wells([])
     late = plans[0].mission.replace({"limits.deadline_s": 10})
     with pytest.raises(NoPlanError):

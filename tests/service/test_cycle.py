@@ -151,8 +151,12 @@ def test_the_table_the_picture_and_the_page() -> None:
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
-        ({}, {"perspective": "energy"}, "perspective = 'energy': one of available, battery"),
-        ({}, {"swap_s": 0}, "swap_s = 0: a number, 0 < x <= 1e7"),
+        (
+            {},
+            {"perspective": "energy"},
+            "perspective = 'energy': must be one of available, battery",
+        ),
+        ({}, {"swap_s": 0}, "swap_s = 0: must be a number, 0 < x <= 1e7"),
         ({}, {"pad_power_W": -5}, "pad_power_W = -5"),
         ({}, {"swap_s": 10, "pad_power_W": 5}, "pad_power_W = 5: must be left out beside swap_s"),
         ({}, {"lit_hover": "no"}, "lit_hover = 'no': must be True or False"),

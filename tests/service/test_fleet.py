@@ -245,7 +245,7 @@ def test_the_picture_and_the_table_of_a_fleet() -> None:
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"share": 0}, "share = 0: a number, 0 < x <= 1000"),
+        ({"share": 0}, "share = 0: must be a number, 0 < x <= 1000"),
         ({"share": "all"}, "share = 'all'"),
         ({"overlap_s": -1}, "overlap_s = -1"),
         (
@@ -281,7 +281,7 @@ def test_bad_days_drones_and_shares_are_refused() -> None:
     cycle = optuav.coverage("matrice350")
     with pytest.raises(InputError, match="days = 0"):
         cycle.fleet().replay(0)
-    with pytest.raises(InputError, match=r"drones = 1\.5: a whole number"):
+    with pytest.raises(InputError, match=r"drones = 1\.5: must be a whole number"):
         cycle.watts(1.5)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="share = -1"):
         cycle.watts(3, -1)

@@ -340,7 +340,7 @@ def test_bad_input(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"at least 299 for a chance of 0\.99"):
         optuav.robust("paper", box, chance=0.99, confidence=0.95, samples=298)
     # As many samples as are allowed: 0.99999539… to the power of a million is 0.01.
-    most = r"chance = 0\.999999999: at most 0\.9999953 at a confidence of 0\.99"
+    most = r"chance = 0\.999999999: must be at most 0\.9999953 at a confidence of 0\.99"
     with pytest.raises(InputError, match=most):
         optuav.robust("paper", box, chance=0.999999999)
     assert 0.9999953**1_000_000 <= 0.01 < 0.9999954**1_000_000

@@ -117,7 +117,9 @@ def test_costs_are_counts_times_prices() -> None:
 def test_free_of_charge_is_refused() -> None:
     """With every price 0 all costs are equal, and the picture is empty; one price is enough."""
     free = dict.fromkeys(PRICES, 0)
-    words = r"prices = all 0: at least one above 0, each a number, 0 <= x <= 1e12 \[-\]; leave"
+    words = (
+        r"prices = all 0: must be at least one above 0, each a number, 0 <= x <= 1e12 \[-\]; leave"
+    )
     with pytest.raises(InputError, match=words):
         optuav.size_fleet("matrice350", free)
     rows = optuav.size_fleet("matrice350", {**free, "charger": 1e-3}).rows

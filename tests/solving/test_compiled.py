@@ -131,25 +131,31 @@ def test_figures_of_every_itinerary_may_change() -> None:
             {"deadline": 900.0},
             r"deadline = 900.0: is not a parameter .*; there are .*deadline_s",
         ),
-        ({"deadline_s": math.nan}, "deadline_s = nan: a finite number"),
-        ({"deadline_s": math.inf}, "deadline_s = inf: a finite number"),
-        ({"deadline_s": "900"}, "deadline_s = '900': a finite number"),
-        ({"deadline_s": None}, "deadline_s = None: a finite number"),
-        ({"deadline_s": True}, "deadline_s = true: a finite number"),
+        ({"deadline_s": math.nan}, "deadline_s = nan: must be a finite number"),
+        ({"deadline_s": math.inf}, "deadline_s = inf: must be a finite number"),
+        ({"deadline_s": "900"}, "deadline_s = '900': must be a finite number"),
+        ({"deadline_s": None}, "deadline_s = None: must be a finite number"),
+        ({"deadline_s": True}, "deadline_s = true: must be a finite number"),
         ({"deadline_s": [1.0, 2.0, 3.0]}, "a finite number"),
         ({"deadline_s": [[900.0]]}, "a finite number"),
         ({"deadline_s": []}, "a finite number"),
         ({"deadline_s": [900.0, math.nan]}, "a finite number"),
         (
             {"deadline_s": -1.0},
-            r"deadline_s = -1.0: a number, 0 < x <= 1e7 \[s\], like limits.dead",
+            r"deadline_s = -1.0: must be a number, 0 < x <= 1e7 \[s\], like limits.dead",
         ),
-        ({"deadline_s": 0}, r"deadline_s = 0: a number, 0 < x"),
-        ({"min_soc": 2.0}, r"min_soc = 2.0: a number, 0 <= x < 1 \[-\], like limits.min_soc"),
+        ({"deadline_s": 0}, r"deadline_s = 0: must be a number, 0 < x"),
+        (
+            {"min_soc": 2.0},
+            r"min_soc = 2.0: must be a number, 0 <= x < 1 \[-\], like limits.min_soc",
+        ),
         ({"min_soc": 1.0}, r"min_soc = 1.0"),
-        ({"packs": 2.5}, r"packs = 2.5: a whole number, 1 <= x <= 1000 \[-\], like battery.packs"),
-        ({"packs": 0}, r"packs = 0: a whole number"),
-        ({"capacity_As": 0.0}, r"capacity_As = 0.0: a number, 0.001 <= x <= 1e9 \[A s\]"),
+        (
+            {"packs": 2.5},
+            r"packs = 2.5: must be a whole number, 1 <= x <= 1000 \[-\], like battery.packs",
+        ),
+        ({"packs": 0}, r"packs = 0: must be a whole number"),
+        ({"capacity_As": 0.0}, r"capacity_As = 0.0: must be a number, 0.001 <= x <= 1e9 \[A s\]"),
     ],
 )
 def test_values_that_cannot_be_used_are_refused(values: dict[str, Any], message: str) -> None:
@@ -227,7 +233,7 @@ def test_engines_that_do_not_take_it_are_refused_with_those_that_do() -> None:
     program = formulate("paper", perspective="wells", **P4)
     with pytest.raises(InputError, match=r"closed-form .* Engines that do: bracket, casadi, grid"):
         program.compile("closed-form")
-    with pytest.raises(InputError, match="engine = 'simplex': one of closed-form, cvxpy"):
+    with pytest.raises(InputError, match="engine = 'simplex': must be one of closed-form, cvxpy"):
         program.compile("simplex")
 
 
@@ -297,5 +303,5 @@ def test_a_compiled_program_goes_to_another_process() -> None:
 def test_a_value_without_a_text_of_its_own_is_refused_in_words(value: object, words: str) -> None:
     """Python has no digits for a number so large, and an address differs from run to run."""
     compiled: Any = formulate("paper", "P3", perspective="battery").compile()
-    with pytest.raises(InputError, match=f"^deadline_s = {words}: a finite number$"):
+    with pytest.raises(InputError, match=f"^deadline_s = {words}: must be a finite number$"):
         compiled.solve(deadline_s=value)

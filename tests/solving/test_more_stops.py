@@ -76,7 +76,7 @@ def test_more_stops_among_too_many_buildings_are_not_offered(
     far = [{"name": f"f{k}", "position_m": [5e3 + 50.0 * k, 5e3, 50.0]} for k in range(100)]
     mission = PAPER.replace({"buildings": [*PAPER.to_dict()["buildings"], *far]})
     assert may_help(mission)
-    note = "more stops are not excluded; they are searched for among at most 100 buildings"
+    note = "more stops might gain hover time; optuav searches for them among at most 100 buildings"
     assert solve(mission).notes[-1] == note
 
 

@@ -214,9 +214,9 @@ def test_an_interruption_without_a_plan_advises_no_more_time() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"stops": -1}, "stops = -1: a whole number, 0 <= x <= 10"),
-        ({"stops": 2.0}, "stops = 2.0: a whole number"),
-        ({"hovers": 0}, "hovers = 0: a whole number, 1 <= x <= 10"),
+        ({"stops": -1}, "stops = -1: must be a whole number, 0 <= x <= 10"),
+        ({"stops": 2.0}, "stops = 2.0: must be a whole number"),
+        ({"hovers": 0}, "hovers = 0: must be a whole number, 1 <= x <= 10"),
         ({"stops": 2, "problem": "P3"}, "stops = 2: problem P3 takes no stops, P1 does"),
         ({"stops": 2, "slot_s": 1.0}, "slot_s = 1.0: must be left out with several stops"),
         ({"stops": 2, "trajectory": "traj1"}, "'traj1': must be optimal with several stops"),

@@ -337,7 +337,7 @@ def test_all_faults_of_the_ranges_come_at_once() -> None:
     [
         ({"laser.wavelength_nm": [900.0]}, "810 or 1550"),
         ({"laser.visibility_km": [3.0], "laser.attenuation_per_km": [0.1]}, "not both"),
-        ({"route.hover_m[0]": [900.0]}, "states no route.hover_m"),
+        ({"route.hover_m[0]": [900.0]}, "has no route.hover_m"),
         ({"flight.hover_current_A": [80.0]}, "regimes"),
     ],
 )
@@ -361,7 +361,7 @@ def test_a_key_of_a_table_that_is_missing_is_one_fault() -> None:
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays(PAPER.replace({"laser": None}), {"laser.power_W": [900.0]})
     (fault,) = caught.value.faults
-    assert str(fault).startswith("laser.power_W: the mission states no laser")
+    assert str(fault).startswith("laser.power_W: the mission has no laser")
 
 
 def test_rows_that_belong_together_have_one_length() -> None:
@@ -473,7 +473,9 @@ def test_layouts_and_missions_are_paired_with_rows() -> None:
             assert_same(found, (1, number), plan)
     alone = optuav.batch_arrays(PAPER, {"buildings": roofs_m}, paired=True)
     assert alone["hover_time_s"].shape == (3,)
-    with pytest.raises(InputError, match="paired = 2 missions, 3 values of each key: one mission"):
+    with pytest.raises(
+        InputError, match="paired = 2 missions, 3 values of each key: must be one mission"
+    ):
         optuav.batch_arrays(towns[:2], ranges, paired=True)
     pytest.importorskip("xarray")
     labelled = optuav.batch(PAPER, {**ranges, "buildings": roofs_m}, paired=True)
@@ -487,7 +489,12 @@ def test_faults_of_all_arguments_are_said_at_once() -> None:
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays(["papr", PAPER, "papyr"], {"nosuch.key": [1]}, perspective="foo")  # type: ignore
     said = str(caught.value)
-    for words in ("papr: ", "papyr: ", "nosuch.key: a numeric key", "perspective = 'foo': one of"):
+    for words in (
+        "papr: ",
+        "papyr: ",
+        "nosuch.key: must be a numeric key",
+        "perspective = 'foo': must be one of",
+    ):
         assert said.count(words) == 1
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays("nosuch", {"x": [1]}, perspective="foo")  # type: ignore
@@ -497,10 +504,10 @@ def test_faults_of_all_arguments_are_said_at_once() -> None:
 @pytest.mark.parametrize(
     ("mission", "perspective", "words"),
     [
-        (3, "battery", "3: a shipped mission's name"),
-        (None, "battery", "None: a shipped mission's name"),
-        ({"limits.deadline_s": [1]}, "battery", "a table: a shipped mission's name"),
-        ("paper", 3, "perspective = 3: one of"),
+        (3, "battery", "3: must be a shipped mission's name"),
+        (None, "battery", "None: must be a shipped mission's name"),
+        ({"limits.deadline_s": [1]}, "battery", "a table: must be a shipped mission's name"),
+        ("paper", 3, "perspective = 3: must be one of"),
         ("paper", [["battery"]], "perspective = .* one of"),
         ("paper", ["battery", "battery"], "a list of different ones"),
     ],
@@ -508,7 +515,7 @@ def test_faults_of_all_arguments_are_said_at_once() -> None:
 def test_other_types_are_refused(mission: Any, perspective: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         optuav.batch_arrays(mission, {}, perspective=perspective)
-    with pytest.raises(InputError, match="paired = 'x': true or false"):
+    with pytest.raises(InputError, match="paired = 'x': must be true or false"):
         optuav.batch_arrays(mission, {}, perspective=perspective, paired="x")  # type: ignore[arg-type]
 
 
@@ -518,7 +525,9 @@ def test_layouts_of_other_shapes_are_refused(roofs_m: Any) -> None:
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays(PAPER, {"buildings": roofs_m, "limits.dedline_s": [1]})
     assert [fault.key for fault in caught.value.faults] == ["buildings", "limits.dedline_s"]
-    with pytest.raises(InputError, match="buildings: layouts of one mission, not of several"):
+    with pytest.raises(
+        InputError, match="buildings: must be layouts of one mission, not of several"
+    ):
         optuav.batch_arrays([PAPER, PAPER], {"buildings": roofs_m})
     with pytest.raises(InputError, match=r"layout 0: buildings\.b1"):
         optuav.batch_arrays(PAPER, {"buildings": [np.full((10, 3), 1e7)]})
@@ -749,5 +758,5 @@ def test_keys_may_be_in_tables_as_those_of_a_sensitivity() -> None:
     dotted = optuav.batch_arrays(PAPER, {"limits.deadline_s": [900.0, 1200.0]})
     nested = optuav.batch_arrays(PAPER, {"limits": {"deadline_s": [900.0, 1200.0]}})
     np.testing.assert_array_equal(dotted["hover_time_s"], nested["hover_time_s"])
-    with pytest.raises(InputError, match="1: a numeric key of a mission"):
+    with pytest.raises(InputError, match="1: must be a numeric key of a mission"):
         optuav.batch_arrays(PAPER, {1: [2.0]})  # type: ignore[dict-item]

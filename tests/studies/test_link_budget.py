@@ -210,5 +210,5 @@ def test_what_has_no_budget() -> None:
     far = gaussian().replace({"link.device_m": [0, 0, -900]})
     with pytest.raises(InputError, match="none is in reach"):
         optuav.link_budget(far, "hover")
-    with pytest.raises(InputError, match=r"dc_W = nan: a number"):
+    with pytest.raises(InputError, match=r"dc_W = nan: must be a number"):
         budget(gaussian(), 500).reach_m(math.nan)

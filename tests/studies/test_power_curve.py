@@ -87,13 +87,13 @@ def test_the_cap_binds_named_speeds() -> None:
 @pytest.mark.parametrize("speeds", [[], [-1.0], [float("nan")], ["fast"], "fast", [1e7]])
 def test_what_is_no_speed_is_refused(speeds: Any) -> None:
     """With the argument and what it may be."""
-    with pytest.raises(InputError, match=r"speeds_m_s = .*: numbers, 0 <= x <= 1e6"):
+    with pytest.raises(InputError, match=r"speeds_m_s = .*: must be numbers, 0 <= x <= 1e6"):
         optuav.power_curve(drone(), speeds)
 
 
 def test_models_without_a_curve_are_refused() -> None:
     """Also on the command line, where the named speeds are shown."""
-    assert "flight.model = 'rotors': 'rotary-wing'" in refused("power", "paper")
+    assert "flight.model = 'rotors': must be 'rotary-wing'" in refused("power", "paper")
 
 
 def test_the_command_shows_and_saves(tmp_path: Any) -> None:

@@ -23,7 +23,9 @@ def test_results_come_in_the_order_of_the_tasks_whoever_does_them() -> None:
 @pytest.mark.parametrize("workers", [0, -1, 1001, 2.0, True, "2", None])
 def test_a_number_of_processes_is_a_whole_number(workers: object, tmp_path: Path) -> None:
     """Refused before anything is computed or written, with the range."""
-    with pytest.raises(InputError, match=r"workers( = .*)?: a whole number, 1 <= x <= 1000"):
+    with pytest.raises(
+        InputError, match=r"workers( = .*)?: must be a whole number, 1 <= x <= 1000"
+    ):
         optuav.reproduce(tmp_path / "out", workers=workers)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="workers"):
         optuav.compare("paper", workers=workers)  # type: ignore[arg-type]

@@ -62,7 +62,7 @@ def test_an_uncertain_wavelength_holds_the_conversion_as_in_a_sensitivity() -> N
     [
         ({"count": 0}, "count = 0"),
         ({"count": 2.5}, "count = 2.5"),
-        ({"seed": -1}, r"seed = -1: a whole number, 0 <= x <= 2\*\*63 "),
+        ({"seed": -1}, r"seed = -1: must be a whole number, 0 <= x <= 2\*\*63 "),
         ({"method": "sobel"}, "did you mean 'sobol'"),
         ({"uncertainty": {}}, "at least one key"),
         ({"uncertainty": {"battery.capacity": {"percent": 5}}}, "battery.capacity_As"),
@@ -137,7 +137,7 @@ def test_the_area_and_the_heights_may_be_arrays() -> None:
 
 
 def test_what_is_no_path_and_no_mapping_is_refused() -> None:
-    with pytest.raises(InputError, match="None: a path"):
+    with pytest.raises(InputError, match="None: must be a path"):
         optuav.samples("paper", None, 5)  # type: ignore[arg-type]
 
 

@@ -289,10 +289,10 @@ def test_no_sample_hovers_less_than_a_fixed_plan_that_is_flyable_in_it(perspecti
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"samples": 0}, "samples = 0: a whole number"),
-        ({"samples": 1.5}, "samples = 1.5: a whole number"),
-        ({"seed": -1}, "seed = -1: a whole number"),
-        ({"perspective": "wells"}, "perspective = 'wells': one of battery"),
+        ({"samples": 0}, "samples = 0: must be a whole number"),
+        ({"samples": 1.5}, "samples = 1.5: must be a whole number"),
+        ({"seed": -1}, "seed = -1: must be a whole number"),
+        ({"perspective": "wells"}, "perspective = 'wells': must be one of battery"),
         ({"uncertainty": {"body": {"mass": {"percent": 1}}}}, "did you mean 'body.mass_kg'"),
     ],
 )

@@ -354,10 +354,16 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
     [
         ("", "keys with values here"),
         ('mission = "papr"\ngrid.limits.deadline_s = [9]', "no such file; did you mean 'paper'"),
-        ("mission = 3\ngrid.limits.deadline_s = [9]", "mission = 3: a shipped mission's name"),
+        (
+            "mission = 3\ngrid.limits.deadline_s = [9]",
+            "mission = 3: must be a shipped mission's name",
+        ),
         ("perspective = []\ngrid.limits.deadline_s = [9]", "one perspective, or a list"),
-        ("grid = 3", "grid = 3: a table"),
-        ('output = ""\ngrid.limits.deadline_s = [9]', "output = '': the path of a directory"),
+        ("grid = 3", "grid = 3: must be a table"),
+        (
+            'output = ""\ngrid.limits.deadline_s = [9]',
+            "output = '': must be the path of a directory",
+        ),
         ('problem = "P4"\ngrid.limits.deadline_s = [9]', "needs the name of a building"),
         (
             "problem.colour = 3\ngrid.limits.deadline_s = [9]",
@@ -372,7 +378,7 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
             r"grid\.limits\.deadline_s: stated once",
         ),
         ("samples.count = 3", "at least one key"),
-        ("samples.battery.capacity_As = { percent = 3 }", "samples.count: a whole number"),
+        ("samples.battery.capacity_As = { percent = 3 }", "samples.count: must be a whole number"),
         ("grid.laser.wavelength_nm = [900]", "810 or 1550 nm"),
         (
             "grid.laser.wavelength_nm = [810]\npaired.laser.emitter_slope = [0.3]",
@@ -381,12 +387,12 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
         (
             "samples = { count = 10_000_000, body.mass_kg = { percent = 1 } }\n"
             "grid.limits.deadline_s = { low = 1, high = 2, count = 101 }",
-            "1010000000 scenarios: at most 1000000000",
+            "1010000000 scenarios: must be at most 1000000000",
         ),
         (
             "scenarios_per_part = 9\n"
             "grid.limits.deadline_s = { low = 1, high = 2, count = 1_000_000 }",
-            "scenarios_per_part = 9: at least 10",
+            "scenarios_per_part = 9: must be at least 10",
         ),
     ],
 )
@@ -585,7 +591,7 @@ def test_a_tilde_in_a_study_is_the_home(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_what_is_no_path_is_refused() -> None:
     for call in (optuav.sweep, optuav.open_sweep):
-        with pytest.raises(InputError, match="None: a path"):
+        with pytest.raises(InputError, match="None: must be a path"):
             call(None)  # type: ignore[operator]
     with pytest.raises(InputError, match=r"output = '~nobody-here': there is no user"):
         optuav.sweep({"output": "~nobody-here", "grid": {"limits": {"deadline_s": [600]}}})

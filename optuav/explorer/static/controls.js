@@ -270,9 +270,9 @@ function fixed({problem, building, trajectory}) {
   const direct = problem === "P3" || trajectory === "direct";
   return {
     problem: building && "the building is chosen",
-    trajectory: building ? `by ${building}` : problem === "P3" && "the way is direct",
+    trajectory: building ? `via ${building}` : problem === "P3" && "the route is direct",
     building: problem && problem !== "P1" && "not in this question",
-    order: direct && !building && "without a rest, none",
+    order: direct && !building && "there is no rest",
   };
 }
 
@@ -299,7 +299,7 @@ function stillness(control, {low, high, words}) {
   const said = (number) => `${grouped(Number(shown(number, unit).toPrecision(3)))} ${unit}`;
   const from = low > control.low ? ` from ${said(Math.ceil(low / step - 1e-9) * step)} up` : "";
   const range = high > value ? ` up to ${said(high)}` : ` down to ${said(Math.ceil(low))}`;
-  return `changes nothing${high === null ? from : range}: ${words}`;
+  return `no effect${high === null ? from : range}: ${words}`;
 }
 
 // Which preset a state is; an empty text if none.

@@ -2,7 +2,7 @@
 import explorer, {Model} from "./explorer.js";
 
 const SILENT = "optuav does not answer: is `optuav explore` still running?";
-const UNREAD = "The mission is shown as it is, as what the address states cannot be read";
+const UNREAD = "The address cannot be read, so the mission is shown unchanged";
 
 class Served extends Model {
   #open = null;

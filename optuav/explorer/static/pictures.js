@@ -3,7 +3,7 @@ import {GRID, NUMBERS, Picture, STRONG, around, colour} from "./drawing.js";
 import {dots, grouped, line, make, steps, wide} from "./drawing.js";
 
 const NARROW_PX = 440;
-const COVERS = "who covers";
+const COVERS = "on station";
 const DRAWN = {beam: drawBeam, speed: drawSpeed, day: drawDay};
 const PALE = {fill: colour("muted"), fillOpacity: 0.16};
 const NAMES = {...NUMBERS, tickFormat: String, fill: colour("ink")};
@@ -56,7 +56,7 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look
   const points = {x: "speed_m_s", y: "power_W", r: 5 * u, stroke: colour("ink"), strokeWidth: 1.25 * u};
   const picture = new Picture(look, {
     margins: edges(size, wide(grouped(most_y), size), 12 * u),
-    label: `Power over air speed: ${said.join("; ")}`,
+    label: `Power against airspeed: ${said.join("; ")}`,
     x: {domain: [0, most_x]},
     y: {domain: [0, most_y]},
     marks: [
@@ -108,7 +108,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
   const unit = (hour) => `${grouped(hour)}${hour === hours[1] ? " h" : ""}`;
   return new Picture(look, {
     margins: edges(size, wide(COVERS, size), 10),
-    label: `Who flies when, the first turns${more}`,
+    label: `Which drone flies when, the first turns${more}`,
     x: {domain: [0, end]},
     y: {domain: [...names, COVERS], padding: 0.15},
     clip: true,
@@ -128,7 +128,7 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
   const each = pads.map((pad) => `${pad.drones} with ${pad.power_W.toFixed(0)} W`).join(", ");
   const picture = new Picture(look, {
     margins: edges(size, wide(grouped(most_y), size), 12 * u, 1.8),
-    label: `Drones that leave no gap by the power of a pad: ${each}; with the laser ${drones}`,
+    label: `Drones that leave no gap, against pad power: ${each}; with the laser ${drones}`,
     x: {domain: [0, most_x]},
     y: {domain: [0, most_y]},
     marks: [
@@ -142,7 +142,7 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
     ],
   });
   const {x, y, left} = picture;
-  nameAxes(picture, ["power of a pad, W →", "↑ drones without a gap"], {x: left, y: size});
+  nameAxes(picture, ["pad power, W →", "↑ drones without a gap"], {x: left, y: size});
   picture.avoid(dots(pads.map((pad) => [x(pad.power_W), y(pad.drones)])));
   const spots = d3.range(0.05, 0.9, 0.1).flatMap((share) => [-6, 1.1 * size].map((below) =>
     ({x: x(share * most_x), y: y(drones) + below, anchor: "start", cost: below > 0 ? 1 : 0})));

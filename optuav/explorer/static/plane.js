@@ -171,7 +171,7 @@ function nameNowhere(picture, limits) {
   const middle = {x: (left + right) / 2, anchor: "middle", ...STRONG};
   nowhere.slice(0, MOST_NOWHERE).forEach(({role, words}, k) => {
     const y = (top + bottom) / 2 + 1.5 * k * size;
-    picture.write({...middle, y, words: `${words} – kept nowhere here`, fill: role});
+    picture.write({...middle, y, words: `${words} – violated everywhere`, fill: role});
   });
 }
 
@@ -179,7 +179,7 @@ function nameNowhere(picture, limits) {
 function nameAllowed(picture, {samples: n, grid}, limits, across, up) {
   const {x, y, right, top, size} = picture;
   if (!grid.feasible.flat().some(Boolean)) return;
-  const words = "every limit is kept here";
+  const words = "feasible";
   const holds = (px, py) => {
     const [i, j] = [Math.round(up.invert(py)), Math.round(across.invert(px))];
     return i >= 0 && j >= 0 && i < n && j < n && limits.every(({excess}) => excess[i * n + j] >= 0);

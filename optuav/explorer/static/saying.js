@@ -36,7 +36,7 @@ function sayDifference(says, why, session) {
     make("b", {class: other.good ? "flies" : "falls"}, lands(now, other)),
   );
   const names = differences(session).join(" and ");
-  const differs = names ? `Differs in ${names}. ` : "Nothing is set otherwise. ";
+  const differs = names ? `Differs in ${names}. ` : "The settings are the same. ";
   why.replaceChildren(make("b", {}, differs), other.rest_s || now.rest_s ? restDiffers(now, other) : "");
 }
 
@@ -54,7 +54,7 @@ function restDiffers(now, other) {
   const roof = ({stops}) => stops.find(([kind]) => kind === "rest")?.[1] ?? "";
   const first = ({stops}) => stops[0]?.[0];
   const [here, there] = [roof(now), roof(other)];
-  const moved = here && there && here !== there ? `, at ${there} in place of ${here}` : "";
+  const moved = here && there && here !== there ? `, at ${there} instead of ${here}` : "";
   const turned = first(other) && first(other) !== first(now) ? `, and ${first(other)}s first` : "";
   return `It rests ${than(other.rest_s - now.rest_s, 1)}${moved}${turned}.`;
 }

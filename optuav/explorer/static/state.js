@@ -145,10 +145,10 @@ export class Session {
   #refused(plan, faults) {
     plan.refused = true;
     if (plan === this.pinned) {
-      this.#kept = [{key: "", words: "The pinned plan of the address is left out:"}, ...faults];
+      this.#kept = [{key: "", words: "The pinned plan in the address was left out:"}, ...faults];
       this.#setPin(null);
     } else if (!this.shown && JSON.stringify(brief(plan.state)) !== JSON.stringify({changes: {}})) {
-      const words = "The mission is shown as it is, as what the address states is refused:";
+      const words = "The address has invalid values, so the mission is shown unchanged:";
       this.#kept = [...this.#kept, {key: "", words}, ...faults];
       plan.state = {changes: {}};
     } else {

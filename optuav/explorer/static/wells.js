@@ -142,8 +142,8 @@ function nameWells(view) {
   nameBand(view, "bound well", inBound, well?.x ?? start, last);
   if (least_As <= 0) return;
   const when = always ? "at every landing" : "at the end";
-  const short = `${least} must stay`;
-  const choices = [`${least} of the charge must stay ${when}`, `${short} ${when}`, short];
+  const short = `${least} must remain`;
+  const choices = [`${least} of the charge must remain ${when}`, `${short} ${when}`, short];
   const until = dry_s ?? last;
   const near = always ? x(0.45 * end) : x(holds_s[0]);
   for (const words of choices) if (nameBand(view, words, inBound, near, until)) return;
