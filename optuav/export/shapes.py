@@ -45,7 +45,7 @@ def kml(course: PlanOnEarth) -> str:
     return _xml(root)
 
 
-class Mark(NamedTuple):
+class MapPoint(NamedTuple):
     """A point of a map with a name and facts."""
 
     name: str
@@ -53,7 +53,7 @@ class Mark(NamedTuple):
     facts: dict[str, float]
 
 
-def marked_geojson(name: str, notes: Sequence[str], marks: Sequence[Mark]) -> str:
+def marked_geojson(name: str, notes: Sequence[str], marks: Sequence[MapPoint]) -> str:
     """A point for each mark; heights are above the ellipsoid."""
     features = [
         {
@@ -66,7 +66,9 @@ def marked_geojson(name: str, notes: Sequence[str], marks: Sequence[Mark]) -> st
     return _collection(name, notes, features)
 
 
-def marked_kml(name: str, notes: Sequence[str], altitude_m: float, marks: Sequence[Mark]) -> str:
+def marked_kml(
+    name: str, notes: Sequence[str], altitude_m: float, marks: Sequence[MapPoint]
+) -> str:
     """A placemark for each mark, above mean sea level by the altitude of z = 0 [m]."""
     root, document = _kml(name, notes)
     for mark in marks:

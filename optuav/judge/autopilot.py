@@ -44,7 +44,7 @@ EARTH = "longitude −180 to 180, latitude −90 to 90"
 Kind = Literal["pass", "hover", "rest", "take-off", "land", "return"]
 
 
-class Step(NamedTuple):
+class StatedStep(NamedTuple):
     """A place on Earth that an item flies to, and what it does there."""
 
     item: str  # such as "item 4"
@@ -57,16 +57,16 @@ class Step(NamedTuple):
     speed_m_s: float = math.nan  # on the way there; NaN for the drone's own
 
 
-class Flight(NamedTuple):
+class StatedFlight(NamedTuple):
     """Steps in order, from home, whose altitude above mean sea level may be unknown (NaN) [m]."""
 
     home: tuple[float, float]  # longitude, latitude
     home_altitude_m: float
-    steps: tuple[Step, ...]
+    steps: tuple[StatedStep, ...]
     notes: tuple[str, ...]
 
 
-def flight_of(file: Path) -> Flight:
+def flight_of(file: Path) -> StatedFlight:
     """The flight in a file, by its content; refused with every item that is not simple."""
     text, source = read_text(file, LARGEST), label(file)
     if re.match(r"\s*QGC WPL", text):
@@ -100,7 +100,7 @@ def flight_of(file: Path) -> Flight:
     return _flight(file, (longitude, latitude, altitude_m), rows, speed_m_s, notes)
 
 
-class Row(NamedTuple):
+class PlanItem(NamedTuple):
     """An item: its name, command and frame, four parameters, and latitude, longitude, height."""
 
     name: str
@@ -109,7 +109,7 @@ class Row(NamedTuple):
     numbers: tuple[float, ...]
 
 
-def _items(items: Sequence[Any], notes: list[str], before: str = "") -> Iterator[Row]:
+def _items(items: Sequence[Any], notes: list[str], before: str = "") -> Iterator[PlanItem]:
     """Simple items, and those that patterns carry."""
     for number, each in enumerate(items, start=1):
         name = f"{before}item {number}"
@@ -118,20 +118,20 @@ def _items(items: Sequence[Any], notes: list[str], before: str = "") -> Iterator
             frame = int(each.get("frame", NOWHERE))
             if math.isnan(numbers[6]) and each.get("AltitudeMode") == CALCULATED_OVER_TERRAIN:
                 numbers[6], frame = float(each["Altitude"]), TERRAIN[0]
-            yield Row(name, int(each["command"]), frame, tuple(numbers))
+            yield PlanItem(name, int(each["command"]), frame, tuple(numbers))
             continue
         kind = str(each.get("complexItemType", "pattern"))
         carried = each.get("TransectStyleComplexItem", {}).get("Items")
         if carried is None:
-            yield Row(f"{name} ({kind})", -1, NOWHERE, (math.nan,) * 7)
+            yield PlanItem(f"{name} ({kind})", -1, NOWHERE, (math.nan,) * 7)
             continue
         notes.append(f"{name} ({kind}) is flown by the {len(carried)} items that it carries")
         yield from _items(carried, notes, f"{name}, ")
 
 
-def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], list[Row]]:
+def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], list[PlanItem]]:
     """Home and the items of MAVLink's text."""
-    rows, source = list[Row](), label(file)
+    rows, source = list[PlanItem](), label(file)
     for number, line in enumerate(text.splitlines()[1:], start=2):
         if not line.strip() or line.startswith("#"):
             continue
@@ -143,7 +143,7 @@ def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], li
         except ValueError:
             words = "twelve numbers: number, current, frame, command, seven figures, continue"
             raise InputError([Fault("", "", words, f"{source}, line {number}")]) from None
-        rows.append(Row(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
+        rows.append(PlanItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
     if not rows:
         raise refusal(file, "has no items: is it cut off?")
     latitude, longitude, altitude_m = rows[0].numbers[4:]
@@ -153,12 +153,12 @@ def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], li
 def _flight(
     file: Path,
     home: tuple[float, float, float],
-    rows: Sequence[Row],
+    rows: Sequence[PlanItem],
     speed_m_s: float,
     notes: list[str],
-) -> Flight:
+) -> StatedFlight:
     """The steps of items, with what is not flown as they say."""
-    steps, faults = list[Step](), list[Fault]()
+    steps, faults = list[StatedStep](), list[Fault]()
     if len(rows) > MOST_ITEMS:
         raise refusal(file, f"has more than {MOST_ITEMS} items")
     if not _on_earth(*home[:2]):
@@ -231,15 +231,15 @@ def _flight(
             continue
         at = (longitude, latitude, height_m, over)
         speed = math.nan if kind == "take-off" else speed_m_s
-        steps.append(Step(what, "hover" if stays else kind, *at, stay_s * stays, speed))
+        steps.append(StatedStep(what, "hover" if stays else kind, *at, stay_s * stays, speed))
     if faults:
         raise InputError(faults)
     if not steps:
         raise refusal(file, "has no item that flies anywhere")
-    return Flight(home[:2], home[2], tuple(steps), tuple(notes))
+    return StatedFlight(home[:2], home[2], tuple(steps), tuple(notes))
 
 
-def _of_kml(text: str, file: Path) -> Flight:
+def _of_kml(text: str, file: Path) -> StatedFlight:
     """The lines and points of KML, in the order of the file."""
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise refusal(file, "is KML with definitions of its own, which are not read")
@@ -248,7 +248,7 @@ def _of_kml(text: str, file: Path) -> Flight:
     except ElementTree.ParseError as error:
         line, column = error.position
         raise refusal(file, f"is damaged or cut off at line {line}, column {column}") from None
-    steps, notes, home = list[Step](), list[str](), None
+    steps, notes, home = list[StatedStep](), list[str](), None
     has_lines = any(each.tag.rpartition("}")[2] == "LineString" for each in root.iter())
     for mark in root.iter():
         if mark.tag.rpartition("}")[2] != "Placemark":
@@ -278,10 +278,10 @@ def _of_kml(text: str, file: Path) -> Flight:
         if not is_line:
             stay_s = float(seconds[1]) if seconds else 0.0
             kind: Kind = "rest" if name.startswith("rest") else "hover" if stay_s else "pass"
-            steps.append(Step(name, kind, *places[0], over, stay_s))
+            steps.append(StatedStep(name, kind, *places[0], over, stay_s))
             continue
         speed_m_s = float(fastest[1]) if fastest else math.nan
-        steps += [Step(name, "pass", *at, over, 0.0, speed_m_s) for at in places]
+        steps += [StatedStep(name, "pass", *at, over, 0.0, speed_m_s) for at in places]
         if len(steps) > MOST_ITEMS:
             raise refusal(file, f"has more than {MOST_ITEMS} places")
     if home is None:
@@ -289,9 +289,9 @@ def _of_kml(text: str, file: Path) -> Flight:
     (longitude, latitude, height_m), over = home
     if over == "home" and height_m > 0.0:
         notes.append("the path begins above the ground: a climb from below its begin is added")
-        steps.insert(0, Step("take-off", "take-off", math.nan, math.nan, height_m, over))
+        steps.insert(0, StatedStep("take-off", "take-off", math.nan, math.nan, height_m, over))
     altitude_m = height_m if over == "sea" else math.nan
-    return Flight((longitude, latitude), altitude_m, tuple(steps), tuple(notes))
+    return StatedFlight((longitude, latitude), altitude_m, tuple(steps), tuple(notes))
 
 
 def _on_earth(longitude: float, latitude: float) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from optuav.errors import Fault, InputError, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
-from optuav.judge.autopilot import SUFFIXES, Flight, Step, flight_of
+from optuav.judge.autopilot import SUFFIXES, StatedFlight, StatedStep, flight_of
 from optuav.judge.course import TOLERANCE, Course
 from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
 from optuav.mission import Mission, load
@@ -127,7 +127,7 @@ class Goal(NamedTuple):
     speed_m_s: float = math.nan
 
 
-def placed(flight: Flight, drone: Mission, file: Path) -> FlightPlan:
+def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     """A flight in the plane of a mission, or around home where the mission has no place on Earth.
 
     Home is at z = 0, unless the mission states the altitude of its z = 0, or begins there.
@@ -157,7 +157,7 @@ def placed(flight: Flight, drone: Mission, file: Path) -> FlightPlan:
     elif altitude_m is not None and math.isfinite(flight.home_altitude_m):
         home = (home_x, home_y, round(flight.home_altitude_m - altitude_m, DIGITS))
 
-    def point_m(each: Step, here: Point) -> Point:
+    def point_m(each: StatedStep, here: Point) -> Point:
         place = here[:2]
         if math.isfinite(each.latitude_deg):
             at = ahead.transform(each.longitude_deg, each.latitude_deg)
@@ -195,9 +195,9 @@ def placed(flight: Flight, drone: Mission, file: Path) -> FlightPlan:
 
 
 def _goals(
-    flight: Flight,
+    flight: StatedFlight,
     home: Point,
-    point_m: Callable[[Step, Point], Point],
+    point_m: Callable[[StatedStep, Point], Point],
     drone: Mission,
     file: Path,
 ) -> Iterator[Goal]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 HEAD = 4096  # First bytes of a file that are looked at
 
 
-class Format(NamedTuple):
+class FileFormat(NamedTuple):
     """What a file is, in words, with what to do about it; and whether it is text."""
 
     words: str
@@ -73,13 +73,13 @@ TEXT = (
 )
 
 
-def named(head: bytes) -> Format | None:
+def named(head: bytes) -> FileFormat | None:
     """Return the format that the first bytes of a file show; None if they show none."""
     for at, start, words in BINARY:
         if head[at:].startswith(start) and (at != 8 or head[:1] == b"\0"):  # Until the year 4200
-            return Format(words, binary=True)
+            return FileFormat(words, binary=True)
     text = head[:HEAD].decode("utf-8-sig", errors="replace").lstrip()
     for pattern, words in TEXT:
         if re.match(pattern, text, re.IGNORECASE):
-            return Format(words, binary=False)
+            return FileFormat(words, binary=False)
     return None

@@ -17,18 +17,9 @@ from optuav.mission.messages import misfits, plural
 from optuav.physics.kibam import Stage, Tilted, Wells, tapered
 from optuav.physics.roots import bisect_largest
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.service.event import (
-    EXTRA_HOVERS,
-    SHARES_OF_LONGEST,
-    Constraints,
-    Event,
-    EventHover,
-    courses_of,
-    judged,
-    solved,
-    visits_of,
-)
+from optuav.service.event_roster import EventHover, EventRoster, courses_of, judged, visits_of
 from optuav.service.fleet import turns_table
+from optuav.service.roster import EXTRA_HOVERS, SHARES_OF_LONGEST, Constraints, solved
 from optuav.service.visit import Visit
 from optuav.silence import silent
 from optuav.studies.results import Pictures, Result
@@ -88,7 +79,7 @@ class Failure(Result):
     gap_from_s: float | None
     new_gap_s: float | None
     reason: str | None
-    roster: Event | None = field(repr=False)
+    roster: EventRoster | None = field(repr=False)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the gap, who can cover it, and the new roster."""
@@ -175,7 +166,7 @@ class Succession(NamedTuple):
         return self.order[number % len(self.order)]
 
 
-def failure_of(event: Event, drone: int, at_s: float) -> Failure:
+def failure_of(event: EventRoster, drone: int, at_s: float) -> Failure:
     """Return what a failure means; see `Event.without`."""
     until_s = 3600.0 * event.hours
     drones, moments = Range("-", ge=1, le=event.drones, whole=True), Range("s", ge=0, lt=until_s)
@@ -209,7 +200,7 @@ def _gaps(rows: Iterable[EventHover], from_s: float, until_s: float) -> list[tup
     return gaps + [(covered_s, until_s)] * (until_s > covered_s + ROUNDING_S)
 
 
-def _duty(event: Event, drone: int, before_s: float) -> Duty:
+def _duty(event: EventRoster, drone: int, before_s: float) -> Duty:
     """A drone as it is after the last of its visits that began before a moment [s]."""
     visit, out = event.ring.visits[drone - 1], event.cycles[drone - 1].phases[0]
     landed_s, charge = -math.inf, visit.battery.full
@@ -221,7 +212,7 @@ def _duty(event: Event, drone: int, before_s: float) -> Duty:
     return Duty(drone, visit, out.duration_s, landed_s, charge)
 
 
-def _in_the_air(event: Event, drone: int, at_s: float) -> Current | None:
+def _in_the_air(event: EventRoster, drone: int, at_s: float) -> Current | None:
     """The visit of a drone that is under way at a moment and has not left the hover point."""
     for row in event.rows:
         takes_off_s = row["start_s"] - event.cycles[row["drone"] - 1].phases[0].duration_s
@@ -230,7 +221,7 @@ def _in_the_air(event: Event, drone: int, at_s: float) -> Current | None:
     return None
 
 
-def _cover(event: Event, duty: Duty, at_s: float) -> Cover:
+def _cover(event: EventRoster, duty: Duty, at_s: float) -> Cover:
     """When a drone can be on station, and for how long."""
     if (current := _in_the_air(event, duty.drone, at_s)) is not None:
         start_s = current.row["start_s"]
@@ -244,8 +235,8 @@ def _cover(event: Event, duty: Duty, at_s: float) -> Cover:
 
 
 def _new_roster(
-    event: Event, drone: int, at_s: float, duties: list[Duty]
-) -> tuple[Event | None, str | None, float | None]:
+    event: EventRoster, drone: int, at_s: float, duties: list[Duty]
+) -> tuple[EventRoster | None, str | None, float | None]:
     """The roster of the drones that are left, what is to be said of it, and its gap [s]."""
     flying = [each for duty in duties if (each := _in_the_air(event, duty.drone, at_s))]
     current = max(flying, key=lambda each: each.row["start_s"], default=None)
@@ -256,7 +247,7 @@ def _new_roster(
             kept += [row] * (current is None or row is not current.row)
         elif row["drone"] == drone and row["start_s"] < at_s:
             kept.append(EventHover({**row, "hover_s": min(row["hover_s"], at_s - row["start_s"])}))
-    found: tuple[Event | None, str | None, float | None] = (None, NONE_FOUND, None)
+    found: tuple[EventRoster | None, str | None, float | None] = (None, NONE_FOUND, None)
     for succession in _successions(event, at_s, duties, current):
         if found[0] is not None and not succession.apart:
             continue
@@ -276,7 +267,7 @@ def _new_roster(
 
 
 def _successions(
-    event: Event, at_s: float, duties: list[Duty], current: Current | None
+    event: EventRoster, at_s: float, duties: list[Duty], current: Current | None
 ) -> list[Succession]:
     """Return orders of drones that may follow, those with the shortest gap first.
 
@@ -306,8 +297,12 @@ def _successions(
 
 
 def _roster(
-    event: Event, at_s: float, kept: list[EventHover], succession: Succession, hovers_s: Floats
-) -> Event | None:
+    event: EventRoster,
+    at_s: float,
+    kept: list[EventHover],
+    succession: Succession,
+    hovers_s: Floats,
+) -> EventRoster | None:
     """The event with hovers after a failure, if it has one gap at most."""
     rows, start_s = [*kept], succession.begin_s
     for number, hover_s in enumerate(hovers_s.tolist()):
@@ -339,7 +334,7 @@ def _roster(
     )
 
 
-def _hovers_left(event: Event, succession: Succession, share: float) -> Floats | None:
+def _hovers_left(event: EventRoster, succession: Succession, share: float) -> Floats | None:
     """Hovers of a succession until the end of the event if only charge counts [s], or None.
 
     None is longer than a share of what full wells allow, but the current one.
@@ -357,9 +352,9 @@ def _hovers_left(event: Event, succession: Succession, share: float) -> Floats |
 
 @silent()
 def _programme_left(
-    event: Event, succession: Succession, share: float, count: int
+    event: EventRoster, succession: Succession, share: float, count: int
 ) -> Floats | None:
-    """Hovers of a given number [s]; see `optuav.service.event._programme`.
+    """Hovers of a given number [s]; see `optuav.service.roster._programme`.
 
     Drones have the charge and the place that the failure left them with, and need not take turns
     from the start.

@@ -22,7 +22,7 @@ from optuav.plan.export import (
     flight_files,
     with_heights_told,
 )
-from optuav.service.event import Event, visits_of
+from optuav.service.event_roster import EventRoster, visits_of
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
@@ -60,7 +60,7 @@ class PilotFlight(NamedTuple):
 
 
 def save_flights(
-    event: Event, directory: str | Path, start: str | datetime, climb_m: float | None = None
+    event: EventRoster, directory: str | Path, start: str | datetime, climb_m: float | None = None
 ) -> tuple[Path, ...]:
     """Write the files of an event for pilots; see `Event.save_flights`."""
     folder, faults = path_of(directory, "directory"), list[Fault]()
@@ -118,7 +118,9 @@ def _moment(start: object) -> datetime | None:
     return start if isinstance(start, datetime) and aware else None
 
 
-def _of_drone(event: Event, drone: int, begin: datetime) -> tuple[PlanOnEarth, list[PilotFlight]]:
+def _of_drone(
+    event: EventRoster, drone: int, begin: datetime
+) -> tuple[PlanOnEarth, list[PilotFlight]]:
     """The course of a drone, and its flights."""
     steps, clocks, left, back_s = list[Step](), list[Clock](), list[float](), -inf
     for _, offset_s, plan in (course for course in event.courses if course.drone == drone):
@@ -150,13 +152,13 @@ def _later(begin: datetime, passed_s: float) -> datetime:
     return (begin.astimezone(UTC) + timedelta(seconds=round(passed_s))).astimezone(begin.tzinfo)
 
 
-def _place(event: Event, flight: PilotFlight) -> str:
+def _place(event: EventRoster, flight: PilotFlight) -> str:
     """The place on the roof where a drone's battery is charged or exchanged."""
     number = f" {flight.drone}" * (event.charged_by != "exchange")
     return f"{PLACES[event.charged_by]}{number}"
 
 
-def _row(event: Event, flight: PilotFlight) -> dict[str, object]:
+def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
     """A row of the roster."""
     return {
         "drone": flight.drone,
@@ -175,7 +177,7 @@ def _in_words(flight: PilotFlight) -> str:
     return f"{', '.join(stated)}; {flight.battery_left:.1%} of the battery left."
 
 
-def _calendar(event: Event, flights: Sequence[PilotFlight]) -> str:
+def _calendar(event: EventRoster, flights: Sequence[PilotFlight]) -> str:
     """The roster as a calendar of one entry per flight (RFC 5545)."""
     lines = ["BEGIN:VCALENDAR", "VERSION:2.0", "PRODID:-//optuav//event//EN"]
     for flight in flights:

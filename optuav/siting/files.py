@@ -3,32 +3,39 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.export import shapes
+from optuav.mission import Mission
 from optuav.mission.files import ending_of, refusals, write_text
 from optuav.mission.messages import path_of
 from optuav.plan.export import MAPS, NO_GEOID, altitude_m_of, positions_on_earth
 
-if TYPE_CHECKING:
-    from optuav.siting.place_laser import Siting
+
+class PlacedLaser(NamedTuple):
+    """A laser's place: its name, its position (x, y, z) [m], and facts of it."""
+
+    name: str
+    position_m: Floats
+    facts: dict[str, float]
 
 
-def save(siting: Siting, path: str | Path) -> Path:
-    """Write the lasers on a map; see `Siting.save`."""
-    file, mission = path_of(path), siting.missions[0]
+def save(
+    mission: Mission, sites: Sequence[PlacedLaser], notes: Sequence[str], path: str | Path
+) -> Path:
+    """Write lasers on a map; see `Siting.save`."""
+    file = path_of(path)
     suffix = ending_of(file, *MAPS)
-    sites, positions = siting.selection.sites, positions_on_earth(mission, siting.position_m)
-    moved_m = np.linalg.norm(siting.position_m - siting.candidates_m[[*sites]], axis=1)
-    marks = list[shapes.Mark]()
-    for number, (site, position) in enumerate(zip(sites, positions, strict=True)):
-        serves, moved = int((siting.laser == number).sum()), float(moved_m[number])
-        facts = {"site": site, "serves": serves, "moved_m": moved}
-        marks.append(shapes.Mark(f"Site {site}", position, facts))
-    notes = str(siting).splitlines()
+    positions = positions_on_earth(mission, np.array([site.position_m for site in sites]))
+    marks = [
+        shapes.MapPoint(site.name, position, site.facts)
+        for site, position in zip(sites, positions, strict=True)
+    ]
     if suffix == ".kml":
         text = shapes.marked_kml(mission.name, notes, altitude_m_of(mission), marks)
     else:
@@ -38,15 +45,14 @@ def save(siting: Siting, path: str | Path) -> Path:
     return file
 
 
-def save_missions(siting: Siting, directory: str | Path) -> list[Path]:
-    """Write every mission with its laser; see `Siting.save_missions`."""
-    folder, count = path_of(directory, "directory"), len(siting.missions)
+def save_missions(missions: Sequence[Mission], directory: str | Path) -> list[Path]:
+    """Write missions, with their numbers if there are several; see `Siting.save_missions`."""
+    folder, several = path_of(directory, "directory"), len(missions) > 1
     with refusals(folder, "made"):
         folder.mkdir(parents=True, exist_ok=True)
     written = list[Path]()
-    for number in range(count):
-        mission = siting.mission(number)
+    for number, mission in enumerate(missions):
         name = re.sub(r"[^\w-]+", "-", mission.name).strip("-") or "mission"
-        file = folder / f"{name}{f'-{number}' * (count > 1)}.toml"
+        file = folder / f"{name}{f'-{number}' * several}.toml"
         written.append(mission.save(file))
     return written

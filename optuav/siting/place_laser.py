@@ -24,6 +24,7 @@ from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.numbers import percent
 from optuav.presentation.presented import Presented
+from optuav.siting import files
 from optuav.siting.candidates import STEP, candidates_of
 from optuav.siting.places import HoverTimes, Progress, refined
 from optuav.siting.selection import (
@@ -149,9 +150,14 @@ class Siting(Presented):
             If the suffix is another, the first mission has no place on Earth, or the file cannot be
             written.
         """
-        from optuav.siting.files import save
-
-        return save(self, path)
+        sites = self.selection.sites
+        moved_m = np.linalg.norm(self.position_m - self.candidates_m[[*sites]], axis=1)
+        placed = list[files.PlacedLaser]()
+        for number, (site, position_m) in enumerate(zip(sites, self.position_m, strict=True)):
+            serves = int((self.laser == number).sum())
+            facts = {"site": site, "serves": serves, "moved_m": float(moved_m[number])}
+            placed.append(files.PlacedLaser(f"Site {site}", position_m, facts))
+        return files.save(self.missions[0], placed, str(self).splitlines(), path)
 
     def save_missions(self, directory: str | Path) -> list[Path]:
         """Write every mission with its laser into a directory, made if missing; return the files.
@@ -163,9 +169,8 @@ class Siting(Presented):
         InputError
             If the directory or a file cannot be written.
         """
-        from optuav.siting.files import save_missions
-
-        return save_missions(self, directory)
+        missions = [self.mission(number) for number in range(len(self.missions))]
+        return files.save_missions(missions, directory)
 
     def to_frame(self) -> DataFrame:
         """One row a mission: its name, its `laser`, and its ``hover_s`` with that [s]."""

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.physics.kibam import Stage
-from optuav.service.event import Ring, _overdrawn_As, _programme
+from optuav.service.roster import DroneRing, _overdrawn_As, _programme
 from tests.cycles import random_visit
 from tests.examples import few
 
@@ -110,7 +110,7 @@ def test_rosters_are_told_apart_by_sums_only_where_the_programme_has_no_answer(s
     far = replace(visit, out=(*visit.out, Stage(-visit.hover_A, rng.uniform(0, 20))))
     until_s, overlap_s = longest_s * count * rng.uniform(0.7, 1.0), rng.uniform(0, 0.2) * longest_s
     for visits, overlaps_s in (((visit,), 0.0), ((visit, far), 0.0), ((visit, far), overlap_s)):
-        ring = Ring(tuple(visits[k % len(visits)] for k in range(drones)), until_s, overlaps_s)
+        ring = DroneRing(tuple(visits[k % len(visits)] for k in range(drones)), until_s, overlaps_s)
         if _programme(ring, np.full(drones, longest_s), count) is not None:
             for width in range(1, count + 1):
                 small = 1e-6 * visit.battery.capacity_As
@@ -125,7 +125,7 @@ def test_short_hovers_need_few_programmes(monkeypatch: pytest.MonkeyPatch) -> No
         asked.append(given[-1])
         return _programme(*given)
 
-    monkeypatch.setattr("optuav.service.event._programme", counted)
+    monkeypatch.setattr("optuav.service.roster._programme", counted)
     event = optuav.coverage(paper.replace({"battery.capacity_As": 7200.0})).event(4)
     assert (event.drones, event.least_drones) == (16, 15)
     assert len(asked) <= 5
@@ -182,13 +182,13 @@ def test_an_interrupt_ends_a_programme_of_many_hovers(monkeypatch: pytest.Monkey
     def interrupted(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("optuav.service.event.Thread.join", interrupted)
+    monkeypatch.setattr("optuav.service.roster.Thread.join", interrupted)
     cancel = highspy.Highs.cancelSolve
     monkeypatch.setattr(
         highspy.Highs, "cancelSolve", lambda self: stopped.append(True) or cancel(self)
     )
     visit = random_visit(np.random.default_rng(1))
-    ring = Ring((visit,) * 8, 2000 * visit.balanced_s, 0.0)
+    ring = DroneRing((visit,) * 8, 2000 * visit.balanced_s, 0.0)
     with pytest.raises(KeyboardInterrupt):
         _programme(ring, np.full(8, visit.balanced_s), 2400)
     assert stopped
