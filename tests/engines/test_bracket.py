@@ -244,7 +244,7 @@ def test_many_at_once_are_each_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
     Some are charged and some drained while they rest, and while they hover.
     """
-    monkeypatch.setattr("optuav.solving.longest.AT_ONCE", 100)
+    monkeypatch.setattr("optuav.solving.longest.ITINERARIES_AT_ONCE", 100)
     case = figures(np.random.default_rng(7)) | {"stays": "hover-first", "min_soc": 0.1}
     rng = np.random.default_rng(1)
     case["legs"] = [[Stage(-30.0, 20.0 * rng.random(150))] for _ in range(3)]

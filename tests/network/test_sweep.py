@@ -47,7 +47,7 @@ def surveyed(
     start_m = np.broadcast_to(place_m, ends_m.shape)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sight, "MANY", 1)
-        patch.setattr(sweep, "AT_ONCE", 4)
+        patch.setattr(sweep, "FOOTPRINTS_AT_ONCE", 4)
         for most in ("MOST_CORNERS", "MOST_PAIRS"):
             patch.setattr(sweep, most, 500)
         followed = list[int]()

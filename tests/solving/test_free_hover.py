@@ -277,7 +277,7 @@ def test_no_answer_depends_on_the_portion(
     search, routes = search_of(FEW, perspective)
     found = []
     for at_once in (1 << 30, 1 << 13, 997):
-        monkeypatch.setattr(free_hover, "AT_ONCE", at_once)
+        monkeypatch.setattr(free_hover, "POINTS_AT_ONCE", at_once)
         starts = search._starts(routes)
         found.append([(each.value, each.branch, *each.at) for each in starts])
     assert found[0]

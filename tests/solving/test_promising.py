@@ -68,7 +68,7 @@ def test_the_plan_is_that_of_all_routes(seed: int, monkeypatch: pytest.MonkeyPat
     plans = [optuav.solve(mission, **kind).to_dict() for kind in kinds]
     monkeypatch.setattr(import_module("optuav.solving.solve"), "MANY", 0)
     monkeypatch.setattr(promising, "FIRST", 2)
-    monkeypatch.setattr(promising, "AT_ONCE", 7)
+    monkeypatch.setattr(promising, "BUILDINGS_AT_ONCE", 7)
     assert [optuav.solve(mission, **kind).to_dict() for kind in kinds] == plans
 
 
@@ -235,10 +235,10 @@ def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
     }
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
-        for name, value in {"FIRST": 4, "RARE": 1.0, "AT_ONCE": 40, "BOUNDED": 100}.items():
+        for name, value in {"FIRST": 4, "RARE": 1.0, "BUILDINGS_AT_ONCE": 40, "BOUNDED": 100}.items():
             patched.setattr(promising, name, value)
         patched.setattr(import_module("optuav.studies.batch"), "TRIED", 7)
-        patched.setattr(import_module("optuav.studies.scenarios"), "AT_ONCE", 80)
+        patched.setattr(import_module("optuav.studies.scenarios"), "ITINERARIES_AT_ONCE", 80)
         found = optuav.batch_arrays(mission, values, paired=True)
     for name, each in known.items():
         np.testing.assert_array_equal(found[name], each, err_msg=name)
@@ -271,7 +271,7 @@ def test_variants_in_a_town_have_the_plans_of_a_loop(seed: int, tried: int, shar
     mission, values = anywhere(seed)
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
-        small = {"FIRST": 2, "MANY": 0, "AT_ONCE": 40, "BOUNDED": 100, "SHARE": share}
+        small = {"FIRST": 2, "MANY": 0, "BUILDINGS_AT_ONCE": 40, "BOUNDED": 100, "SHARE": share}
         for name, value in small.items():
             patched.setattr(promising, name, value)
         patched.setattr(import_module("optuav.studies.batch"), "TRIED", tried)

@@ -232,7 +232,7 @@ def test_no_bit_depends_on_the_chunk(
     for keys in (list(values), ["limits.deadline_s"], ["link.rice_factor", "limits.min_soc"]):
         own, found = {key: values[key] for key in keys}, []
         for at_once in (1, 3, 1000):
-            monkeypatch.setattr(machine, "AT_ONCE", at_once * routes)
+            monkeypatch.setattr(machine, "ITINERARIES_AT_ONCE", at_once * routes)
             found.append(optuav.batch_arrays(mission, own, perspective=perspective, paired=True))
         for column in found[0].keys() - {key for key in found[0] if key.endswith("_words")}:
             assert len({each[column].tobytes() for each in found}) == 1, column
@@ -735,7 +735,7 @@ def test_towns_are_solved_as_if_each_were_alone(
     towns = [*drawn[:3], *others, *drawn[3:], drawn[0].replace({"name": "again"})]
     ranges = {"limits.deadline_s": [120.0, 900.0, 1200.0], "body.mass_kg": [1.2, 1.35]}
     own = {key: np.linspace(values[0], values[-1], len(towns)) for key, values in ranges.items()}
-    monkeypatch.setattr(machine, "AT_ONCE", at_once)
+    monkeypatch.setattr(machine, "ITINERARIES_AT_ONCE", at_once)
     monkeypatch.setattr(batching, "AT_ONCE", at_once)
     options: dict[str, Any] = {"perspective": perspective}
     grid = optuav.batch_arrays(towns, ranges, **options)

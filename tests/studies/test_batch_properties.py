@@ -97,7 +97,7 @@ def test_no_bit_depends_on_what_is_computed_together(
     with pytest.MonkeyPatch.context() as patch:
         for scenarios_at_once in (at_once, 12):
             routes = 1 + 2 * len(mission.buildings)
-            patch.setattr(machine, "AT_ONCE", scenarios_at_once * routes)
+            patch.setattr(machine, "ITINERARIES_AT_ONCE", scenarios_at_once * routes)
             found.append(optuav.batch_arrays(mission, values, perspective=perspective, paired=True))
     some, whole = found
     for name, column in whole.items():

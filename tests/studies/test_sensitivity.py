@@ -148,7 +148,7 @@ def drawn_by(
     plan = FixedPlan.of(optuav.solve(mission, perspective=perspective), mission)
     draws = Draws(mission, spreads(mission, wide(mission)), count, 0, independent)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(machine, "AT_ONCE", at_once * len(build_network(mission).routes))
+        patch.setattr(machine, "ITINERARIES_AT_ONCE", at_once * len(build_network(mission).routes))
         return chances(draws, perspective, plan, stated=True)
 
 

@@ -196,7 +196,7 @@ def test_bytes_do_not_depend_on_the_chunk(tmp_path: Path, monkeypatch: pytest.Mo
     """How many itineraries a machine computes at once is no part of the answer."""
     alike = []
     for chunk in (1, 100, 1 << 17):
-        monkeypatch.setattr(machine, "AT_ONCE", chunk)
+        monkeypatch.setattr(machine, "ITINERARIES_AT_ONCE", chunk)
         alike.append(content(optuav.sweep(study(tmp_path, MIXED, f"chunk{chunk}")).directory))
     assert alike[0] == alike[1] == alike[2]
 
