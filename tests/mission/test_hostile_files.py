@@ -124,7 +124,10 @@ def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, conte
         ("schema = true", "schema = true: 1, the version of this format"),
         ("schema = 1.0", "schema = 1.0: 1, the version of this format"),
         ("schema = 2\nextends = 'paper'", "schema = 2: 1, the version of this format"),
-        ("extends = 'paper'", "schema: is missing; 1, the version of this format"),
+        (
+            "extends = 'paper'",
+            "schema: is missing: add the line schema = 1, the version of this format",
+        ),
         ("schema = 1\nextends = 3", "extends = 3: must be a shipped mission's name or a path"),
         ("schema = 1\nextends = ''", "is a directory, not a file"),
         (
