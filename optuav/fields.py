@@ -6,20 +6,29 @@ numbers pass for numbers; strings, truth values, NaN and infinities do not.
 
 import ast
 import inspect
+import traceback
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from numbers import Real
 from operator import ge, gt, le, lt
+from pathlib import PurePath
 from textwrap import dedent
 from typing import TYPE_CHECKING, Annotated, NamedTuple, Self, TypeGuard, TypeVar
 
+import numpy as np
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Strict
 
+from optuav.errors import Fault, InputError
+
 MOST_ITEMS = 100_000  # Most items that a list may have, such as buildings
 LARGEST = 1e100  # Largest number in a graph or a plan, so that sums and products stay finite
+SCALARS = (
+    "does not take arrays of keys, places or ways: use np.minimum in place of min, np.where in "
+    "place of if, and NumPy's functions in place of math's"
+)
 
 
 @dataclass(frozen=True)
@@ -265,4 +274,22 @@ class MadeOfTables:
     def of(cls, mission: MissionSection) -> Self:
         """The model made of the tables that a mission states."""
         names, tables = inspect.signature(cls).parameters, vars(mission)
-        return cls(**{name: tables[name] for name in names if tables.get(name) is not None})
+        made = cls(**{name: tables[name] for name in names if tables.get(name) is not None})
+        if not cls.__module__.startswith("optuav."):
+            made._refuse_scalars()
+        return made
+
+    def _on_arrays(self) -> None:
+        """Evaluate its figures at arrays of places or ways."""
+
+    def _refuse_scalars(self) -> None:
+        """Refuse formulas that work only for single numbers; any other error shows up in use."""
+        try:
+            with np.errstate(all="ignore"):
+                self._on_arrays()
+        except Exception as error:  # Of any kind, as the formulas come from outside the package
+            if "array" not in str(error):
+                return
+            *_, frame = traceback.extract_tb(error.__traceback__)
+            place = f"{frame.name} (line {frame.lineno} of {PurePath(frame.filename).name})"
+            raise InputError([Fault(type(self).__name__, "", f"{place} {SCALARS}")]) from error

@@ -11,7 +11,7 @@ from inspect import Parameter, get_annotations, isabstract, isfunction, signatur
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from formulations.formulation import Formulation
-from optuav.engines.registry import ADDED, AUTO, ENGINES, Engine, Need, conforming
+from optuav.engines.registry import ADDED, AUTO, ENGINES, Engine, Need, OneByOne, conforming
 from optuav.errors import Fault, InputError, nearest, refuse, shown
 from optuav.fields import MissionSection
 from optuav.flight import FLIGHTS
@@ -214,9 +214,24 @@ def _faults_of_model(
             yield Fault(
                 own_form.__name__, "", f"cannot be read as a table: {str(error).splitlines()[0]}"
             )
+    yield from _faults_of_methods(kind, base)
     yield from _faults_of_constructor(kind, table, kind.needs)
     for attribute in ("needs", "refuses"):
         yield from _faults_of_dotted(f"{kind.__name__}.{attribute}", getattr(kind, attribute))
+
+
+def _faults_of_methods(kind: type, base: type) -> Iterator[Fault]:
+    """Methods that do not take what the base class says they take."""
+    for name, method in vars(base).items():
+        if name.startswith("_") or not isfunction(method):
+            continue
+        if isfunction(own := getattr(kind, name)):
+            arguments = signature(method).parameters
+            try:
+                signature(own).bind(*arguments)
+            except TypeError:
+                words = f"must be defined as {name}({', '.join(arguments)})"
+                yield Fault(f"{kind.__name__}.{name}", "", words)
 
 
 def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fault]:
@@ -282,12 +297,29 @@ def _faults_of_engine(engine: Engine, name: str) -> Iterator[Fault]:
         if (value := getattr(engine, attribute)) not in known:
             words = f"must be one of {', '.join(map(str, known))}"
             yield Fault(f"engine {name}: {attribute}", shown(value), words)
-    yield from unlisted(*((f"engine {name}: needs", each, get_args(Need)) for each in engine.needs))
-    try:
-        signature(engine.solve).bind(None, 1, None, slot_s=None, time_limit_s=None)
-    except TypeError:
-        words = "solve(self, model, programmes, values=None, *, slot_s=None, time_limit_s=None)"
-        yield Fault("engine", shown(name), f"must define {words}")
+    if isinstance(engine.needs, tuple | list):
+        needs = ((f"engine {name}: needs", each, get_args(Need)) for each in engine.needs)
+        yield from unlisted(*needs)
+    else:
+        words = 'a tuple, such as ("derivatives",)'
+        yield Fault(f"engine {name}: needs", shown(engine.needs), words)
+    most = engine.most_unknowns
+    if most is not None and (type(most) is not int or most < 1):
+        words = "a whole number, at least 1, or None for any number"
+        yield Fault(f"engine {name}: most_unknowns", shown(most), words)
+    limits = {"slot_s": None, "time_limit_s": None}
+    methods: list[tuple[Callable[..., Any], int, str]] = [
+        (engine.solve, 3, "solve(self, model, programmes, values=None, *, {})"),
+        (engine.compile, 2, "compile(self, model, programmes=1, *, {})"),
+    ]
+    if isinstance(engine, OneByOne):
+        methods.append((engine.prepare, 1, "prepare(self, model, {})"))
+    for method, count, words in methods:
+        try:
+            signature(method).bind(*[None] * count, **limits)
+        except TypeError:
+            stated = words.format("slot_s=None, time_limit_s=None")
+            yield Fault("engine", shown(name), f"must define {stated}")
 
 
 def _faults_of_picture(picture: Picture, name: str) -> Iterator[Fault]:

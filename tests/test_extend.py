@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import subprocess
@@ -17,7 +18,7 @@ import pytest
 import optuav
 from optuav.cli import main
 from optuav.engines.nonlinear_form import nonlinear_form
-from optuav.engines.registry import Engine
+from optuav.engines.registry import Engine, OneByOne
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.fields import Speed
@@ -242,6 +243,11 @@ class Unfinished(FlightModel):
     name, table = "unfinished", HopFlight
 
 
+class NoWay(Hops):
+    def leg(self) -> Loads:  # type: ignore[override]
+        raise NotImplementedError
+
+
 class Nameless(Hops):
     name = ""
 
@@ -336,6 +342,26 @@ class Wordy(Nothing):
     needs = ("derivative",)  # type: ignore[assignment]
 
 
+class OneNeed(Nothing):
+    needs = "derivatives"  # type: ignore[assignment]
+
+
+class Many(Nothing):
+    most_unknowns = "many"  # type: ignore[assignment]
+
+
+class Unlimited(OneByOne):
+    name = "unlimited"
+
+    def prepare(self, model: Model) -> Any:  # type: ignore[override]
+        raise NotImplementedError
+
+
+class Uncompiled(Nothing):
+    def compile(self, model: Model) -> Any:  # type: ignore[override]
+        raise NotImplementedError
+
+
 class Dated(Nothing):
     takes = "linear models"
 
@@ -361,6 +387,7 @@ def wells(plan: optuav.Plan) -> Any:
         (Unfinished, "Unfinished: must define hover, leg, rest, as FlightModel declares"),
         (Hops(HopFlight(model="hops", speed_m_s=5.0)), "must be the class Hops, not an instance"),
         (FlightModel, "flight model name = None: the flight model needs a name of letters"),
+        (NoWay, r"NoWay.leg: must be defined as leg\(self, way_m\)"),
         (Nameless, "flight model name = '': the flight model needs a name of letters"),
         (Taken, "flight model = 'rotors': must be a name of its own, none of the package"),
         (WrongForm, r"WrongForm.table = the class Body: the form of \[flight\], a subclass of Fli"),
@@ -386,7 +413,14 @@ def wells(plan: optuav.Plan) -> Any:
         (replace(Nothing(), name="two words"), "engine name = 'two words': the engine needs a n"),
         (Wordy(), "engine nothing: nonlinear = 'yes': must be one of True, False"),
         (Wordy(), "engine nothing: needs = 'derivative': .*derivatives, lower bounds, levelling"),
-        (Dated(), "Dated.takes: an engine states nonlinear, integer, slots, most_unknowns and ne"),
+        (OneNeed(), r"engine nothing: needs = 'derivatives': must be a tuple, such as \("),
+        (Many(), "engine nothing: most_unknowns = 'many': must be a whole number, at least 1"),
+        (Unlimited(), r"engine = 'unlimited': must define prepare\(self, model, slot_s=None, ti"),
+        (Uncompiled(), r"engine = 'nothing': must define compile\(self, model, programmes=1, \*"),
+        (
+            Dated(),
+            "Dated.takes: engines state nonlinear, integer, slots, most_unknowns and needs t",
+        ),
         (Short(), r"engine = 'nothing': must define solve\(self, model, programmes, values=None"),
         (lambda plan: plan, "picture name = '<lambda>': the picture needs a name of letters"),
         (wells, "picture = 'wells': must be a name of its own, none of the package"),
@@ -397,6 +431,35 @@ def test_what_lacks_something_is_refused_when_it_is_registered(thing: Any, words
     with pytest.raises(InputError, match=words):
         optuav.register(thing)
     assert not any(kind.registered() for kind in EVERY_KIND)
+
+
+class Stepwise(Hops):
+    def leg(self, way_m: Any) -> Loads:
+        long = math.hypot(*way_m) > 100.0
+        return Loads(way_m, ("flight",), (10.0 + long,), (50.0,), (500.0,), 1.0, 1.0)
+
+
+@dataclass(eq=False)
+class Calm(Hops):
+    flight: Any
+
+    def hover(self) -> Flow:
+        return Flow(60.0 if self.flight.speed_m_s > 4.0 else 50.0, 500.0)
+
+
+def test_formulas_for_single_numbers_only_are_refused_in_words() -> None:
+    """Of ways in every answer, of keys where they vary, with the line; alone, keys may be both."""
+    keys = {"flight.model": "hops", "flight.speed_m_s": 5}
+    optuav.register(Stepwise)
+    words = r"Stepwise: leg \(line \d+ of test_extend.py\) does not take arrays .* np.where in pl"
+    with pytest.raises(InputError, match=words):
+        optuav.solve(optuav.load("paper").replace(keys))
+    optuav.register(Calm)
+    mission = optuav.load("paper").replace(keys)
+    assert optuav.solve(mission).flyable
+    words = r"Calm: hover \(line \d+ of test_extend.py\) does not take arrays of keys"
+    with pytest.raises(InputError, match=words):
+        optuav.batch_arrays(mission, {"flight.speed_m_s": [3.0, 5.0]})
 
 
 def test_a_thing_replaces_what_had_its_name_and_is_taken_out() -> None:

@@ -229,8 +229,8 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
     if any(phase.edited for phase in plan.phases):
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
     if plan.problem not in PROBLEM_NAMES:
-        words = "is not of the paper, and its file does not hold the formulation"
-        raise InputError(f"the plan's problem {plan.problem} {words}: explain the mission with it")
+        words = "is not of the paper, and a plan does not record the fields of such a problem"
+        raise InputError(f"the plan's problem {plan.problem} {words}: explain its mission with it")
     if plan.engine not in ("", SIMULATION, *engine_names()):
         words = "register it, or explain the mission with engine="
         raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")

@@ -202,7 +202,7 @@ def conforming(given: Engine) -> Engine:
         words = "a name, or an instance of a subclass of Engine that states its name"
         raise InputError([Fault("engine", shown(given), words)])
     if hasattr(given, "takes"):
-        words = "an engine states nonlinear, integer, slots, most_unknowns and needs itself"
+        words = "engines state nonlinear, integer, slots, most_unknowns and needs themselves"
         raise InputError([Fault(f"{type(given).__name__}.takes", "", words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):
         raise InputError([Fault("engine", shown(given.name), "a name of its own")])

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+import numpy as np
+
 from optuav import physics
 from optuav.fields import (
     Allowed,
@@ -78,6 +80,12 @@ class FlightModel(MadeOfTables, ABC):
     radio_included: ClassVar[bool] = False  # Whether `hover` counts the radio
 
     flight: FlightTable
+
+    def _on_arrays(self) -> None:
+        some_m = np.array([[100.0, 200.0]])
+        self.hover()
+        self.rest()
+        self.leg((some_m, some_m, some_m))
 
     @abstractmethod
     def leg(self, way_m: Vector) -> Loads:

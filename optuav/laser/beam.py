@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+import numpy as np
+
 from optuav import physics
 from optuav.fields import MadeOfTables, MissionSection, OneOf, Position, Power, Range, Slider
 
@@ -55,6 +57,11 @@ class Beam(MadeOfTables, ABC):
     refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning
 
     laser: LaserTable
+
+    def _on_arrays(self) -> None:
+        some_m = np.array([[100.0, 200.0]])
+        self.received_W(some_m, 100.0)
+        self.enough_W(some_m, 100.0)
 
     @property
     def attenuation_per_km(self) -> Quantity:

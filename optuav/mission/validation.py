@@ -150,7 +150,7 @@ def format_breaches(document: Document) -> list[Breach]:
     """Faults of the format version that a document states."""
     words = f"{SCHEMA}, the version of this format"
     if "schema" not in document:
-        return [Breach(("schema",), f"is missing; {words}")]
+        return [Breach(("schema",), f"is missing: add the line schema = {words}")]
     version = document["schema"]
     return [] if type(version) is int and version == SCHEMA else [Breach(("schema",), words)]
 

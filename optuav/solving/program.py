@@ -400,6 +400,7 @@ class Program:
                 if not (proof := proof_of_none(self.parts)):
                     nothing = "neither a plan nor proof that none exists"
                     raise SolverError(f"{engine} found {nothing}{words}")
+                proof += ", by the engine bracket"
             why = shortfalls(question, network, self.parts)
             return plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen

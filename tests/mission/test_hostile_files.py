@@ -63,7 +63,7 @@ def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, conte
     ("content", "words"),
     [
         ("", "schema"),
-        (b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", "not text in UTF-8: byte 0x89 at 0"),
+        (b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", "not text in UTF-8 but a PNG picture"),
         (b"\x00" * 1000, "not TOML"),
         (b"#" * (LARGEST_TOML + 1), "larger than the 2 MB"),
         ("a = " + "[" * 100_000, "nested too deeply"),
@@ -124,7 +124,10 @@ def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, conte
         ("schema = true", "schema = true: 1, the version of this format"),
         ("schema = 1.0", "schema = 1.0: 1, the version of this format"),
         ("schema = 2\nextends = 'paper'", "schema = 2: 1, the version of this format"),
-        ("extends = 'paper'", "schema: is missing; 1, the version of this format"),
+        (
+            "extends = 'paper'",
+            "schema: is missing: add the line schema = 1, the version of this format",
+        ),
         ("schema = 1\nextends = 3", "extends = 3: must be a shipped mission's name or a path"),
         ("schema = 1\nextends = ''", "is a directory, not a file"),
         (

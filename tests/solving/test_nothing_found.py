@@ -89,7 +89,8 @@ def test_what_one_engine_leaves_open_another_may_prove() -> None:
     mission = PAPER.replace({"limits.min_soc": 0.995, "buildings": PAPER.buildings[:1]})
     plan = optuav.solve(mission, optuav.P2(order="rest-first"))
     assert plan.status is Status.INFEASIBLE
-    assert plan.proof == "bracketed: proof that no times satisfy all constraints"
+    proof = "bracketed: proof that no times satisfy all constraints, by the engine bracket"
+    assert plan.proof == proof
 
 
 def test_packs_in_turns_are_infeasible_only_where_pooled_ones_are_too(
