@@ -89,6 +89,8 @@ class FlightLog:
         ``"rest"``, ``"hover"``, ``"flight"`` or ``"other"`` of every sample.
     reason
         Why a sample of the phase ``"other"`` is left out, else empty.
+    packs
+        Number of battery packs whose currents are added.
     notes, warnings
         Sentences on what was read, and on what may be wrong with it.
 

@@ -170,6 +170,8 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
             words = f"is not TOML: {_error_words(error)}"
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan: use optuav show or optuav audit"
+            elif what := named(text.encode()):
+                words = f"is {what.words}"
         else:
             tables = [table for table in document.values() if isinstance(table, dict)]
             if max(map(len, [document, *tables])) <= MOST_KEYS:
@@ -199,6 +201,8 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
                 words = "is a mission, not a saved plan: use optuav solve or validate"
                 if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
                     words = "is an itinerary, not a saved plan: use optuav audit"
+            elif text[:1] not in ("{", "[") and (what := named(text.encode())):
+                words = f"is {what.words}"
     raise InputError([Fault("", "", words, source)])
 
 

@@ -11,7 +11,7 @@ from optuav.errors import require
 require("matplotlib", "pictures")
 
 from optuav.plots.animation import save_animation
-from optuav.plots.calibrations import FitAxes, fit, flight_log
+from optuav.plots.calibrations import FitAxes, FlightLogAxes, fit, flight_log
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.distribution import distribution
@@ -23,7 +23,17 @@ from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
-__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "Turn"]
+__all__ = [
+    "Bar",
+    "FitAxes",
+    "FlightLogAxes",
+    "LegAxes",
+    "Line",
+    "MapAxes",
+    "Mark",
+    "ProfileAxes",
+    "Turn",
+]
 __all__ += [
     "bars",
     "curves",

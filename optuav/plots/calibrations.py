@@ -46,6 +46,29 @@ class FitAxes(NamedTuple):
         return style.picture_of(self)
 
 
+class FlightLogAxes(NamedTuple):
+    """Panels of a flight log over its time.
+
+    Parameters
+    ----------
+    speed, climb, current
+        Speed over ground [m/s], climb [m/s] and current [A].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.plots.FlightLogAxes._fields
+    ('speed', 'climb', 'current')
+    """
+
+    speed: Axes
+    climb: Axes
+    current: Axes
+
+    def _repr_png_(self) -> style.Shown:
+        return style.picture_of(self)
+
+
 @style.applied()
 def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, ...]:
     """Draw observed and fitted values, and their differences, one row per quantity.
@@ -107,7 +130,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
 
 
 @style.applied()
-def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> tuple[Axes, ...]:
+def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> FlightLogAxes:
     r"""Draw speed, climb and current of a flight log, coloured by what the drone did.
 
     Parameters
@@ -119,7 +142,8 @@ def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> tupl
 
     Returns
     -------
-    Axes of the speed, the climb and the current; left out are the grey samples.
+    FlightLogAxes
+        The speed, the climb and the current; left out are the grey samples.
 
     Raises
     ------
@@ -157,7 +181,7 @@ def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> tupl
     axes[0].set_title(style.drawable(log.source.rpartition("/")[2]), pad=style.LEGEND_PT)
     style.legend_above(axes[0], 6)
     style.settle(axes[0])
-    return tuple(axes)
+    return FlightLogAxes(*axes)
 
 
 def _draw_names(axes: FitAxes, panel: Panel) -> None:

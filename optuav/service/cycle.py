@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,15 @@ DURATION = Range("s", gt=0, le=1e7)
 POWER = Range("W", gt=0, le=1e9)
 STEP = Range("m", ge=-1000, le=1000)
 DRONES_IN_CALM = "{} drones"
+
+
+class CoverageOptions(TypedDict):
+    """Options of `coverage`."""
+
+    perspective: Perspective
+    swap_s: float | None
+    lit_hover: bool
+    pad_power_W: float | None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -70,7 +79,7 @@ class Coverage(EndlessCycle):
 
     # The cycle in calm air, or why there is none, if hovering counts on the wind
     calm: Coverage | str | None = field(default=None, repr=False)
-    options: Mapping[str, Any] = field(default_factory=dict, repr=False)  # As asked
+    options: CoverageOptions = field(repr=False)  # As asked
 
     def fleet(self, share: float = 1.0, overlap_s: float = 0.0) -> Fleet:
         """Find the smallest fleet of such drones that covers a share of the time.
@@ -347,7 +356,7 @@ def coverage(
     lit = lit_hover and swap_s is None and pad_power_W is None
     hover_A, rest_A = _net_currents(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
-    options: dict[str, Any] = {
+    options: CoverageOptions = {
         "perspective": perspective,
         "swap_s": swap_s,
         "lit_hover": lit_hover,

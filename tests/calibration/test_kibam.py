@@ -245,7 +245,7 @@ def test_an_end_in_a_pause_is_doubted(tmp_path: Path) -> None:
     observed = [(name, load, lasts(load)) for name, load in LOADS.items()]
     observed[3] = (*observed[3][:2], observed[3][2] + 60.0)
     found = optuav.fit_kibam([written(tmp_path / "late.csv", observed)])
-    assert any("ILs250 is stated to end in a pause" in words for words in found.warnings)
+    assert any("ILs250 ends in a pause" in words for words in found.warnings)
 
 
 def test_minutes_under_seconds_are_doubted(tmp_path: Path) -> None:

@@ -251,10 +251,10 @@ def test_the_command_reads_columns_by_their_names_and_draws_the_log(tmp_path: Pa
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("regimes", "--column", "Amps"), "--column = 'Amps': OLD=NEW"),
+        (("regimes", "--column", "Amps"), "--column = 'Amps': must be OLD=NEW"),
         (("regimes", "--column", "Amp=current_A"), "did you mean 'Amps'"),
         (("regimes", "--column", "Amps=current"), "there is no column of the time"),
-        (("regimes", "--column", "Amps=thrust_N"), "'thrust_N': one of time_s, current_A"),
+        (("regimes", "--column", "Amps=thrust_N"), "'thrust_N': must be one of time_s, current_A"),
         (("rotor", "--column", "Amps=current_A"), "--column: requires KIND kibam, regimes"),
     ],
 )

@@ -235,7 +235,7 @@ def test_geoparquet_without_a_system_takes_the_stated_one(tmp_path: Path) -> Non
     shape = shapely.box(391000, 5820000, 391020, 5820020)
     frame = geopandas.GeoDataFrame(TALL, index=[0], geometry=[shape], crs=None)
     frame.to_parquet(file := tmp_path / "town.parquet")
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; state it as crs")
     assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
     pd.DataFrame({"height": [1.0]}).to_parquet(plain := tmp_path / "plain.parquet")
     refused(plain, "is a Parquet file without the metadata of GeoParquet")
@@ -249,7 +249,7 @@ def test_a_file_without_a_system_takes_the_stated_one(tmp_path: Path, suffix: st
     file = tmp_path / f"town{suffix}"
     with warnings.catch_warnings(action="ignore"):
         frame.to_parquet(file) if suffix == ".parquet" else frame.to_file(file)
-    refused(file, "states no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; state it as crs")
     assert shapely.area(read(file, crs="EPSG:25833").footprints) == pytest.approx([400], rel=2e-3)
 
 

@@ -69,7 +69,7 @@ def test_drones_in_turns_and_their_pads(capsys: pytest.CaptureFixture[str]) -> N
         (["matrice350", "--pad-power-W", "20"], 2, "--pad-power-W = 20.0: must exceed"),
         (["paper", "--drones", "0"], 2, "--drones = 0: must be a whole number"),
         (["paper", "--swap-s", "-1"], 2, "--swap-s = -1.0"),
-        (["paper", "--swap-s", "60", "--drones", "0"], 2, "--drones = 0: a whole number"),
+        (["paper", "--swap-s", "60", "--drones", "0"], 2, "--drones = 0: must be a whole number"),
         (["paper", "--hours", "2", "--share", "1"], 2, "leave out --share and --horizon"),
         (["paper", "--dark-hover", "--horizon-hours", "2"], 2, "error: --dark-hover: must be left"),
         (["paper", "--horizon-hours", "0"], 2, "--horizon-hours = 0.0: must be a number"),

@@ -52,7 +52,7 @@ def faults(mission: Mission, changes: dict[str, Any]) -> str:
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("laser.beam", "gauss", '"gaussian" or "divergence"'),
+        ("laser.beam", "gauss", 'must be "gaussian" or "divergence"'),
         ("laser.aperture_m", 0, "0.001 <= x <= 100 [m]"),
         ("laser.waist_m", -1, "0.001 <= x <= 100 [m]"),
         ("laser.m2", 0.9, "1 <= x <= 10000 [-]"),
@@ -100,7 +100,7 @@ def test_tables_that_belong_together() -> None:
     assert only in faults(PAPER, {"receiver": {"radius_m": 0.2}})
     assert only in faults(ROUND, {"laser": None})
     assert faults(PAPER, {"laser.beam": "gauss"}).splitlines() == [
-        'laser.beam = \'gauss\': "gaussian" or "divergence"'
+        'laser.beam = \'gauss\': must be "gaussian" or "divergence"'
     ]
 
 

@@ -187,7 +187,9 @@ def test_points_that_are_as_good_are_counted_with_the_reason() -> None:
     others = f"and at {found.attrs['best_points'] - 1} other points; "
     bounds = (0, 0, 2000, 2000)
     words = as_text(blocks(hovers("laser.position_m", "paper", 500, bounds, None, "available")))
-    assert f"{others}battery.charge_current_A = 10 A caps the charging current" in words
+    assert f"{others}battery.charge_current_A = 10 A caps the charging current" in " ".join(
+        words.split()
+    )
     haze = PAPER.replace({"laser.visibility_km": 1.0})
     alone = optuav.maps.laser(haze, 500, bounds=(0, 0, 2000, 2000))
     assert alone.attrs["best_points"] == 1

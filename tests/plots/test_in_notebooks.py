@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import inspect
 import struct
+import tempfile
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +16,7 @@ from matplotlib.figure import Figure, SubFigure
 
 import optuav
 from optuav import plots
-from optuav.calibration import Panel
+from optuav.calibration import FlightLog, Panel
 from optuav.plots.style import Page
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -45,6 +47,16 @@ def a_fit() -> optuav.Fit:
     return optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
 
 
+@cache
+def a_log() -> FlightLog:
+    rows = [f"{100 * n},{-18},{22.2},{0},{90}" for n in range(200)]
+    heads = "time(millisecond),current(A),voltage(v),speed(mph),battery_percent"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "flight.csv"
+        file.write_text("\n".join([heads, *rows]), "utf-8")
+        return optuav.fit_regimes(file).logs[0]
+
+
 def a_batch() -> Any:
     return optuav.batch("paper", {"limits.deadline_s": [300.0, 600.0, 900.0, 1200.0]})
 
@@ -68,6 +80,7 @@ ONE_PANEL: dict[str, Callable[..., Any]] = {
 SEVERAL_PANELS: dict[str, Callable[..., Any]] = {
     "distribution": lambda **figure: plots.distribution(a_batch(), "hover_time_s", **figure),
     "fit": lambda **figure: plots.fit(a_fit(), **figure),
+    "flight_log": lambda **figure: plots.flight_log(a_log(), **figure),
     "leg": lambda **figure: plots.leg(optuav.load("paper"), "origin", "b1", **figure),
     "mission_map": lambda **figure: plots.mission_map(plan(), **figure),
     "packs": lambda **figure: plots.packs([by_turns()], **figure),

@@ -184,7 +184,7 @@ def test_limits_of_the_well_are_named_by_the_route_where_a_plan_has_it() -> None
     moments = StepEnd(2, 1, "", lands=False), StepEnd(2, 2, "", lands=True)
     some = Relation(0.0, ">=", 0.0)
     dry = [Constraint("P1.b not dry", some, kind="dry", moment=each) for each in moments]
-    route = [*map(style.printed, ("origin", "hover", "the $ roof", "destination"))]
+    route = [*map(style.drawable, ("origin", "hover", "the $ roof", "destination"))]
     assert constraint_name(dry[0], route) == (
         "available well dry, stage 1 of flight to the \\$ roof"
     )

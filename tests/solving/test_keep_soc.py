@@ -268,7 +268,7 @@ def test_a_landing_below_the_reserve_is_told_where_it_is_allowed() -> None:
     assert replayed.flyable
     (event,) = (event for event in replayed.events if event.kind == "below reserve")
     assert event.words + event.figures == (
-        f"lands on b9 with {100 * event.value:.1f} % of the charge, below the reserve of 20 %; "
+        f"lands on b9 with {100 * event.value:.2f} % of the charge, below the reserve of 20 %; "
         "allowed by limits.keep_soc = end"
     )
 

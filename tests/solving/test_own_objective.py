@@ -287,5 +287,5 @@ def test_figures_are_made_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatc
     def none(*_: object) -> None:
         raise AssertionError("asked for")
 
-    monkeypatch.setattr(assemble, "now_of", none)
+    monkeypatch.setattr(assemble, "stated_value", none)
     assert optuav.solve(build_network(MISSION).mission, perspective="battery").status.has_answer

@@ -235,7 +235,12 @@ def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
     }
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
-        for name, value in {"FIRST": 4, "RARE": 1.0, "BUILDINGS_AT_ONCE": 40, "BOUNDED": 100}.items():
+        for name, value in {
+            "FIRST": 4,
+            "RARE": 1.0,
+            "BUILDINGS_AT_ONCE": 40,
+            "BOUNDED": 100,
+        }.items():
             patched.setattr(promising, name, value)
         patched.setattr(import_module("optuav.studies.batch"), "TRIED", 7)
         patched.setattr(import_module("optuav.studies.scenarios"), "ITINERARIES_AT_ONCE", 80)

@@ -115,7 +115,7 @@ def test_terabytes_of_table2() -> None:
     plan = optuav.solve("paper-table2", Longest(TB_PER_S), perspective="battery")
     assert (plan.route[1], plan.status) == ("b1", Status.OPTIMAL)
     assert plan.hover_time_s == pytest.approx(955.28, abs=0.005)
-    assert f"\nObjective    {TB_PER_S * plan.hover_time_s:.6g} TB\n" in str(plan)
+    assert f"\nObjective    {TB_PER_S * plan.hover_time_s:.6g} TB\n".replace("-", "−") in str(plan)
 
 
 @pytest.mark.parametrize("per_s", FACTORS)
@@ -212,7 +212,7 @@ def test_an_explanation_in_any_unit(per_s: float) -> None:
     assert other.objective == "TB"
     packs = next(price for price in other.prices if price.key == "battery.packs")
     words = " ".join(str(other).split())
-    assert f"one more pack gives {packs.gain:.3g} TB " in words.replace(",", " ")
+    assert f"one more pack gives {packs.gain:.3g} TB ".replace("-", "−") in words.replace(",", " ")
     assert "Prices TB per unit of a parameter" in words
     for before, after in zip(one.prices, other.prices, strict=True):
         assert (before.name, before.matters) == (after.name, after.matters)

@@ -736,7 +736,7 @@ def test_towns_are_solved_as_if_each_were_alone(
     ranges = {"limits.deadline_s": [120.0, 900.0, 1200.0], "body.mass_kg": [1.2, 1.35]}
     own = {key: np.linspace(values[0], values[-1], len(towns)) for key, values in ranges.items()}
     monkeypatch.setattr(machine, "ITINERARIES_AT_ONCE", at_once)
-    monkeypatch.setattr(batching, "AT_ONCE", at_once)
+    monkeypatch.setattr(batching, "ITINERARIES_AT_ONCE", at_once)
     options: dict[str, Any] = {"perspective": perspective}
     grid = optuav.batch_arrays(towns, ranges, **options)
     paired = optuav.batch_arrays(towns, own, paired=True, **options)

@@ -19,6 +19,8 @@ from optuav.service.cycle import Coverage
 from optuav.service.declared import CycleComparison
 from optuav.service.endless import EndlessCycle
 from optuav.service.event import Event
+from optuav.service.event_roster import EventRoster
+from optuav.service.failure import Failure
 from optuav.service.fleet import Fleet
 from optuav.service.horizon import Horizon
 from optuav.service.return_by import ReturnTimes
@@ -118,7 +120,7 @@ def test_numbers_of_a_row_are_written_in_one_cell(table: ByHand) -> None:
 
 KINDS: tuple[type[Result], ...] = (
     *(Coverage, CycleComparison, Event, Fleet, FleetSizes, Horizon, ReturnTimes, RobustPlan),
-    *(MethodComparison, PlanComparison, PowerCurve, Sensitivity, SpeedComparison),
+    *(Failure, MethodComparison, PlanComparison, PowerCurve, Sensitivity, SpeedComparison),
 )
 
 
@@ -143,7 +145,7 @@ def test_every_kind_of_result_is_held_to_it() -> None:
             yield each
             yield from below(each)
 
-    known = {*KINDS, EndlessCycle, Comparison, ByHand}
+    known = {*KINDS, EndlessCycle, EventRoster, Comparison, ByHand}
     assert {each for each in below(Result) if each.__module__.startswith("optuav")} <= known
 
 
