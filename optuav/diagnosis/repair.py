@@ -32,7 +32,7 @@ from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
 from optuav.solving.longest import ITINERARIES_AT_ONCE
-from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question
+from optuav.solving.question import PROBLEM_NAMES, Question, checked_question, solve_model
 from optuav.solving.route_models import declarations, permitted_routes
 from optuav.status import Status
 
@@ -382,7 +382,7 @@ def _continuous(question: Question, model: Model, count: int) -> Booleans:
             holds = np.broadcast_arrays(*(row.satisfied for row in rows))
             return np.asarray(np.logical_and.reduce(holds))
     try:
-        statuses = answer(model, count, question).statuses
+        statuses = solve_model(model, count, question).statuses
     except SolverError:
         return np.zeros(count, bool)
     return np.array([status.has_answer or status is Status.UNBOUNDED for status in statuses])

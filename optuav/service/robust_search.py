@@ -22,7 +22,7 @@ from optuav.physics.quantity import Quantity
 from optuav.service.box import Box, Points, corners_of, points_within
 from optuav.solving.assemble import quantities, subset, table_entries
 from optuav.solving.balance import TIMES
-from optuav.solving.question import Question, answer
+from optuav.solving.question import Question, solve_model
 from optuav.solving.ranking import best
 from optuav.solving.route_models import routes_by_kind
 from optuav.status import SAME_S
@@ -199,7 +199,7 @@ class Search:
         for group, _ in routes_by_kind(self.network.routes, routes, ordered=True):
             alike = routes[group]
             model, able = self._problem(variants, alike, points, points.levels * len(alike))
-            solution = answer(model, able.size, self.question)
+            solution = solve_model(model, able.size, self.question)
             bounds_s = solution.objective if solution.beyond is None else solution.beyond
             bounds_s = np.where(able & (bounds_s >= 0.0), bounds_s, -np.inf)
             level = bounds_s.reshape(points.levels, len(alike)).argmin(axis=0)
@@ -212,7 +212,7 @@ class Search:
         """The longest robust hover on a route from a programme with all points; None for none."""
         variants = Variants(self.network, points.columns)
         model, able = self._problem(variants, np.array([route]), points, 1)
-        solution = answer(model, 1, self.question)
+        solution = solve_model(model, 1, self.question)
         if not able.all() or not solution.status.has_answer:
             return None
         solution.verify()

@@ -29,7 +29,7 @@ from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import quantities, route_quantities, select, table_entries, transpose
 from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
 from optuav.solving.longest import longest
-from optuav.solving.question import Question, answer
+from optuav.solving.question import Question, solve_model
 from optuav.solving.ranking import tied
 from optuav.solving.route_models import declarations, permitted_routes, routes_by_kind
 from optuav.status import SAME_S, Status
@@ -367,7 +367,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPla
     beyond = np.full(variants.count, -np.inf)
     for part, variant in declarations(question, variants, able):
         model, towards = part.declared, part.declared.sign
-        solution = answer(model, len(variant), question, part.given)
+        solution = solve_model(model, len(variant), question, part.given)
         codes = np.array([STATUSES.index(status) for status in solution.statuses], np.int8)
         answered = np.isin(codes, [k for k, status in enumerate(STATUSES) if status.has_answer])
         refuted = _refuted(model, {**solution.given, **solution.values}, answered)

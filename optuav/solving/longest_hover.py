@@ -13,7 +13,7 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.solving.balance import TIMES
 from optuav.solving.best_plans import LONGEST, STATUSES, BestPlans, best_plans
-from optuav.solving.question import Question, answer
+from optuav.solving.question import Question, solve_model
 from optuav.solving.route_models import RouteModel, declarations
 
 
@@ -32,7 +32,9 @@ def longest_hover(question: Question, network: Network) -> tuple[RouteModel, Sol
     ((part, _),) = declarations(question, variants, able)
     if question.perspective == AVAILABLE:
         return part, _bracketed(part, best)
-    solution = answer(part.declared, 1, question, part.given)  # The exact vertex, and its proof
+    solution = solve_model(
+        part.declared, 1, question, part.given
+    )  # The exact vertex, and its proof
     return (part, solution) if solution.status.has_answer else None
 
 

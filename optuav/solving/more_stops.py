@@ -21,7 +21,7 @@ from optuav.network.variants import as_variants
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import by_balance
-from optuav.solving.question import MOST_BUILDINGS, Question, answer
+from optuav.solving.question import MOST_BUILDINGS, Question, solve_model
 from optuav.solving.ranking import best
 from optuav.solving.route_models import RouteModel, permitted_routes
 from optuav.status import SAME_S, Status
@@ -48,7 +48,7 @@ def against_p1(
     for part in parts:
         values, count = quantities(network, part.routes, rests=part.rests), len(part.routes)
         model = P1().model(values, question.perspective)
-        solution = answer(model, count, replace(question, problem=P1()))
+        solution = solve_model(model, count, replace(question, problem=P1()))
         flight_s = network.routes.flight_time_s[part.routes]
         most_s = np.full(count, np.inf) if solution.beyond is None else solution.beyond
         if not part.rests:

@@ -22,7 +22,7 @@ from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.presentation.numbers import all_digits
 from optuav.solving.constraint_words import words
-from optuav.solving.question import Question, answer
+from optuav.solving.question import Question, solve_model
 from optuav.solving.route_models import RouteModel
 from optuav.solving.route_plan import plan_for
 from optuav.status import Status
@@ -92,7 +92,7 @@ def shortfalls(
     model, parameters = part.model, part.model.row(entry)
     continuous = replace(question, slot_s=None, engine=AUTO)
     linear = (part for part in parts if traits(part.model).linear)
-    without = (answer(part.model, len(part.routes), continuous).statuses for part in linear)
+    without = (solve_model(part.model, len(part.routes), continuous).statuses for part in linear)
     if question.slot_s is not None and any(s.has_answer for found in without for s in found):
         slots = f"no whole slots of {all_digits(question.slot_s)} s satisfy all constraints"
         reasons = [f"{slots} together; without slots there are times that do"]

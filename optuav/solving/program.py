@@ -34,7 +34,7 @@ from optuav.solving.files import writer
 from optuav.solving.longest_hover import longest_hover
 from optuav.solving.more_stops import BOUNDED, PROVED, against_p1, note_what_battery_allows
 from optuav.solving.no_plan import plan_without, proof_of_none, shortest_flight, shortfalls
-from optuav.solving.question import Question, answer, chosen_engine
+from optuav.solving.question import Question, engine_for, solve_model
 from optuav.solving.ranking import best
 from optuav.solving.route_models import RouteModel, declarations, permitted_routes
 from optuav.solving.route_plan import plan_of, replayed
@@ -56,7 +56,7 @@ def declared_program(question: Question, network: Network) -> "Program":
         if not part.given:
             refuse_misfits(part.declared, len(part.routes))
         if question.engine != AUTO:
-            chosen_engine(part.model, question)
+            engine_for(part.model, question)
         parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)
@@ -379,7 +379,7 @@ class Program:
         solutions = list[Solution]()
         for part in self.parts:
             model, values = (part.model, None) if part.was_exposed else (part.declared, part.given)
-            solutions.append(answer(model, len(part.routes), self.question, values))
+            solutions.append(solve_model(model, len(part.routes), self.question, values))
         return solutions
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
@@ -512,7 +512,7 @@ class CompiledProgram:
         if question.engine_name == "grid" and question.slot_s is None:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program, self.question = program, question
-        engines = [(chosen_engine(part.model, question), part) for part in program.parts]
+        engines = [(engine_for(part.model, question), part) for part in program.parts]
         self._compiled = [
             (e, p, e.compile(p.model, len(p.routes), **question.limits)) for e, p in engines
         ]

@@ -297,19 +297,19 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
             yield Fault(option, shown(value), f"{start}{', '.join(known) or 'left out'} {words}")
 
 
-def chosen_engine(model: Model, question: Question) -> Engine:
+def engine_for(model: Model, question: Question) -> Engine:
     """The engine that answers a question about a model; refused if it or none takes it."""
     linear = ". The perspectives of the paper are linear: perspective battery, for example"
     hint = linear * (question.perspective == AVAILABLE)
     return dispatch.chosen_engine(question.engine, model, question.slot_s is not None, hint)
 
 
-def answer(
+def solve_model(
     model: Model, programmes: int, question: Question, values: Values | None = None
 ) -> Solution:
     """Answers to all programmes of a model, by the engine that a question names or leaves open.
 
     Values of parameters that differ from the model's, by name.
     """
-    chosen = chosen_engine(model, question)
+    chosen = engine_for(model, question)
     return dispatch.answered(chosen, model, programmes, values, **question.limits)

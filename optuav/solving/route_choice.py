@@ -33,7 +33,7 @@ from optuav.solving.assemble import quantities
 from optuav.solving.files import writer
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import answer
+from optuav.solving.question import solve_model
 from optuav.solving.route_models import RouteModel
 from optuav.solving.route_plan import plan_of
 from optuav.solving.solve import formulate
@@ -179,7 +179,7 @@ def route_choice(
         most = last_slot(network.mission.limits.deadline_s, question.slot_s, begun=True) + 1
         for variable in model.variables:
             variable.upper = 1.0 if variable.binary else question.slot_s * most
-    solution = answer(model, 1, question)
+    solution = solve_model(model, 1, question)
     if solution.status is Status.INFEASIBLE:
         why = shortfalls(question, network, program.parts)
         plan = plan_without(question, network, solution.status, solution.proof, why)
@@ -188,7 +188,7 @@ def route_choice(
         raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
     chosen = solution.point(0)
     part = parts[int(np.argmax([chosen[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
-    times = answer(part.model, 1, question)
+    times = solve_model(part.model, 1, question)
     hover_s, among_all_s = float(times.objective[0]), float(solution.objective[0])
     if abs(hover_s - among_all_s) > AGREES_S:
         raise SolverError(
@@ -196,7 +196,7 @@ def route_choice(
             f"but {hover_s:.9g} s for the one that it chose"
         )
     relaxed = joined(routes, perspective, form, relaxed=True)
-    relaxation = answer(relaxed, 1, replace(question, slot_s=None))
+    relaxation = solve_model(relaxed, 1, replace(question, slot_s=None))
     relaxation_s = float(relaxation.objective[0])
     proof = f"{solution.proof}; the LP relaxation leaves {max(relaxation_s - hover_s, 0.0):.3g} s"
     plan = plan_of(question, network, part, times, 0).model_copy(update={"proof": proof})
