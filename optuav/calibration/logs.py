@@ -41,6 +41,9 @@ SAME_VOLTAGE = 0.1  # relative difference of the voltages of packs side by side
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
 
 NO_VOLTAGE = "has no voltage: without it currents give no power"
+DAMAGED = "is damaged; what could be read is used"
+CUT_OFF = "is cut off; what could be read is used"
+IN_THE_AIR = "ends in the air: its last part is missing"
 REST, HOVER, FLIGHT, OTHER = "rest", "hover", "flight", "other"
 CLIMBS, BRIEF, GROUND, GAPS = (
     "of climbs and descents",
@@ -212,6 +215,19 @@ def _no_columns(path: Path) -> InputError:
 # What a log says
 
 
+class Recorded(io.BufferedReader):
+    """A file that notes whether it ended within what was last read from it."""
+
+    short = False
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read as always, and note whether less was left than is asked for."""
+        content = super().read(size)
+        # After the last whole message pyulog asks for the 3 bytes of a head and gets none.
+        self.short = len(content) < (size or 0) and not (size == 3 and not content)
+        return content
+
+
 def _of_px4(path: Path) -> tuple[Columns, int, list[str], list[str]]:
     """Samples at the moments of the battery's messages."""
     try:
@@ -222,11 +238,12 @@ def _of_px4(path: Path) -> tuple[Columns, int, list[str], list[str]]:
     wanted += ["actuator_armed", "vehicle_land_detected"]
     try:
         nowhere = io.StringIO()
-        with path.open("rb") as file, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        with Recorded(io.FileIO(path)) as file, redirect_stdout(nowhere), redirect_stderr(nowhere):
             log = ULog(file, wanted)
     except Exception:  # Damaged files raise errors of many kinds
         raise refusal(path, "is a ULog of PX4 that is damaged or cut off") from None
-    warnings = ["is damaged; what could be read is used"] if log.file_corruption else []
+    warnings = [DAMAGED] if log.file_corruption else []
+    warnings += [CUT_OFF] if file.short else []
     if lost_s := sum(dropout.duration for dropout in log.dropouts) / 1e3:
         warnings.append(f"the logger dropped out for {lost_s:.1f} s in all")
     messages: dict[str, list[Any]] = {name: [] for name in wanted}
@@ -285,6 +302,12 @@ def _of_ardupilot(path: Path) -> tuple[Columns, int, list[str], list[str]]:
                 size = 0.01 if kind in BATTERIES and codes["Curr"] in "bBhHiI" else 1.0
                 row = (now_s, *(size * float(values.get(name, np.nan)) for name in names))
                 rows.setdefault(f"{kind}{inst}" if kind in BATTERIES else kind, []).append(row)
+            ends = (
+                reader.formats[number].len + places[-1]
+                for number, places in enumerate(reader.offsets)
+                if places and number in reader.formats
+            )
+            short = max(ends, default=0) > reader.data_len
             reader.close()
     except Exception:  # Damaged files raise errors of many kinds
         raise refusal(path, "is a DataFlash log of ArduPilot that is damaged") from None
@@ -310,6 +333,7 @@ def _of_ardupilot(path: Path) -> tuple[Columns, int, list[str], list[str]]:
                 before = np.append(-np.inf, t[rows_of]), np.append(1 - values[0], values)
                 states[key] = before
     warnings = ["has damaged parts, which are skipped"] if damaged.getvalue() else []
+    warnings += [CUT_OFF] if short else []
     return *_sampled(packs, velocity, states), warnings
 
 
@@ -566,6 +590,9 @@ def _finished(
         notes = [*notes, "the current is negative while discharging; its sign is turned"]
     samples = samples._replace(time_s=samples.time_s - samples.time_s[0])
     phase, reason = _phases(samples)
+    armed, landed = int(samples.armed[-1]), int(samples.landed[-1])
+    if armed != 0 and (landed == 0 or (landed < 0 and armed == 1)):
+        warned.append(IN_THE_AIR)
     if not np.isfinite(samples.speed_m_s).any():
         warned.append("there are no speeds: hover and flight cannot be told apart")
     heads = tuple(f"{source}: {words}" for words in notes)

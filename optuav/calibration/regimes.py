@@ -52,6 +52,7 @@ ENOUGH = 10  # fewest samples of a regime
 MOST_ALIKE = 0.99  # largest correlation of neighbours that is believed
 LEAST_LEG = 5  # fewest samples of a leg
 REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
+MISFIT = 0.08  # rms of speeds off the trapezoids, over the largest, that one cap still explains
 GAIN = 9.0  # least gain of the sum of squares by a cap, in variances: three standard errors
 ROUNDS = 20  # most steps to the best begin and end of a leg; two are usual
 FOUND_S = 1e-9  # change of these moments below which they are found
@@ -315,6 +316,11 @@ def _motion(
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
     fitted = speeds(*estimated.values.tolist())
     course = fit.curve("speed", "m/s", observed, fitted, at_s, TIME)
+    if (off_m_s := float(np.sqrt(np.mean((fitted - observed) ** 2)))) > MISFIT * observed.max():
+        words = f"legs of one acceleration and speed cap are {off_m_s:.2g} m/s rms off the speeds"
+        missing = "acceleration_m_s2 and max_speed_m_s are missing here"
+        advice = "for legs at different speeds use rotary-wing"
+        return (), (course,), (f"{words}: {missing}; {advice}",)
     return estimated.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 

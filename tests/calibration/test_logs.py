@@ -163,6 +163,17 @@ def test_a_log_that_is_cut_off_is_read_or_refused(tmp_path: Path, name: str, sha
         assert share < 0.3
     else:
         assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+        assert any("ends in the air" in each for each in found.warnings)
+
+
+@pytest.mark.parametrize("name", ["log.ulg", "log.bin"])
+def test_a_log_that_ends_within_a_message_is_called_cut_off(tmp_path: Path, name: str) -> None:
+    """The last bytes are missing, after the landing: the cut is all that there is to warn of."""
+    file = WRITERS[name][0](tmp_path / name, flown())
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-2])
+    (warning,) = optuav.fit_regimes(file).warnings
+    assert warning == f"{file}: is cut off; what could be read is used"
 
 
 @pytest.mark.parametrize("name", ["log.ulg", "log.bin"])
@@ -251,10 +262,10 @@ def test_the_command_reads_columns_by_their_names_and_draws_the_log(tmp_path: Pa
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("regimes", "--column", "Amps"), "--column = 'Amps': OLD=NEW"),
+        (("regimes", "--column", "Amps"), "--column = 'Amps': must be OLD=NEW"),
         (("regimes", "--column", "Amp=current_A"), "did you mean 'Amps'"),
         (("regimes", "--column", "Amps=current"), "there is no column of the time"),
-        (("regimes", "--column", "Amps=thrust_N"), "'thrust_N': one of time_s, current_A"),
+        (("regimes", "--column", "Amps=thrust_N"), "'thrust_N': must be one of time_s, current_A"),
         (("rotor", "--column", "Amps=current_A"), "--column: requires KIND kibam, regimes"),
     ],
 )
