@@ -106,7 +106,7 @@ def test_the_margin_is_the_charge_left_over_the_reserve(tmp_path: Path) -> None:
     left = 1.0 - drawn_As / float(mission.pool.capacity_As)
     data = verdict.to_dict()
     assert data["margin"] == pytest.approx(left - mission.limits.min_soc, abs=1e-9)
-    assert f"Margin     {100 * left:.1f} % of the charge left" in str(verdict)
+    assert f"Margin       {100 * left:.2f} % of the charge left" in str(verdict)
 
 
 def test_the_last_item_with_home_in_reach(tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_wind_is_that_of_the_mission(tmp_path: Path) -> None:
     calm, _ = judged(file)
     windy, _ = judged(file, against)
     assert windy.to_dict()["margin"] != calm.to_dict()["margin"]
-    assert "Wind       6 m/s" in str(windy)
+    assert "Wind         6 m/s" in str(windy)
     assert "none is stated" in str(calm)
 
 
@@ -351,11 +351,20 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
     ("items", "told"),
     [
         ([item(16, 0, 0, 0, None, 52.5, 13.4, 1e9)], "item 1 = .*x, y and z around home"),
-        ([item(16, 1e9, 0, 0, None, 52.5, 13.4, 40)], "item 1 = 1e[+]09 s: a number, 0 <= x"),
+        (
+            [item(16, 1e9, 0, 0, None, 52.5, 13.4, 40)],
+            "1 = 1e[+]09 s: must be a number, 0 <= x",
+        ),
         ([SQUARE[0], item(177, 1, 5, frame=2)], "item 2: is DO_JUMP, which flies a part again"),
         ([item(84, 0, 0, 0, None, *HOME[:2], 40)], "item 1: is a take-off of a VTOL"),
         ([item(16, 0, 0, 0, None, 152.5, 13.4, 40)], "latitude −90 to 90"),
-        ([item(16, 0, 0, 0, None, 52.5, 13.4, None)], "item 1: a height as a number"),
+        ([item(16, 0, 0, 0, None, 52.5, 13.4, None)], "item 1: must be a height as a number"),
+        ([item(16, -5, 0, 0, None, 52.5, 13.4, 40)], "item 1, seconds = -5.0: .*x >= 0 "),
+        ([item(19, -5, 0, 0, None, 52.5, 13.4, 40)], "item 1, seconds = -5.0: .*x >= 0 "),
+        ([item(178, 1, 0, frame=2), SQUARE[0]], r"item 1, speed = 0.0: .*x > 0 \[m/s\], or −1"),
+        ([item(16, 0, 0, 0, None, "48", 13.4, 40)], r"mission.items\[0\].params = .*of 7 numbers"),  # type: ignore[arg-type]
+        ([SQUARE[0], {}], r"mission.items\[1\].type: must be a text"),
+        ([{"type": "SimpleItem", "params": [0] * 7}], r"mission.items\[0\].command: must be a wh"),
         ([item(2000, 0, frame=2)], "has no item that flies anywhere"),
         ([], "has no item that flies anywhere"),
         ([SQUARE[0], SQUARE[1], SQUARE[-1], SQUARE[0], SQUARE[1]], "must be at a roof of the mis"),
@@ -369,9 +378,25 @@ def test_plans_that_cannot_be_judged_are_refused(
 
 
 @pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("plannedHomePosition", None, "= None: must be three numbers: latitude and longitude"),
+        ("plannedHomePosition", [52.5, "13", 0], ".*must be three numbers"),
+        ("hoverSpeed", 0, r"= 0: must be a number, x > 0 \[m/s\]"),
+        ("version", "2", "= '2': must be a whole number"),
+    ],
+)
+def test_a_wrong_value_of_a_plan_is_named_by_its_key(
+    tmp_path: Path, key: str, value: object, told: str
+) -> None:
+    with pytest.raises(InputError, match=f"survey.plan: mission.{key} {told}"):
+        optuav.audit(plan(tmp_path, SQUARE, **{key: value}), "relay-today")
+
+
+@pytest.mark.parametrize(
     ("name", "content", "told"),
     [
-        ("a.plan", '{"fileType": "Plan"}', "is a plan of QGroundControl that is not as specified"),
+        ("a.plan", '{"fileType": "Plan"}', "a.plan: version: must be a whole number"),
         ("a.plan", '{"fileType": "Plan", "vers', "is not JSON"),
         ("a.plan", '{"fileType": "Rally"}', "is JSON of another kind, not a plan"),
         ("a.plan", '{"type": "FeatureCollection", "features": []}', "is GeoJSON, not a plan"),
@@ -380,6 +405,7 @@ def test_plans_that_cannot_be_judged_are_refused(
         ("a.waypoints", "QGC WPL 110\n", "has no items: is it cut off"),
         ("a.kml", KML[: len(KML) // 2], "is damaged or cut off at line"),
         ("a.kml", KML.replace("relativeToGround", "clampToGround"), "altitudeMode absolute or"),
+        ("a.kml", KML.replace(",30", ",-30"), "= -30.0: must be a height over ground, x >= 0"),
         ("a.kml", KML.replace(",30", ""), "coordinates longitude,latitude,height"),
         ("a.kml", KML.replace("LineString", "LinearRing"), "has no line or points to fly along"),
     ],
@@ -409,7 +435,7 @@ def test_the_command(tmp_path: Path) -> None:
     file = plan(tmp_path, SQUARE)
     found = run("audit", str(file), "--mission", "relay-today")
     assert found.code == 0, found.err
-    assert "In reach   home is, straight on, after every item" in found.out
+    assert "In reach     home is, straight on, after every item" in found.out
     assert "item 6" in found.out
     data = json.loads(run("audit", str(file), "--mission", "relay-today", "--json").out)
     assert data["items"][0]["what"] == "climb"
