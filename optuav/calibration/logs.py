@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, InputError, decimal, refuse
 from optuav.mission.files import STANDARD, csv_rows, label, opened, refusal
 from optuav.mission.formats import named
 from optuav.mission.messages import nearest, plural, shown
@@ -40,6 +40,7 @@ USUAL = 75.0  # percentile of currents that is one in the air, where no state sa
 SAME_VOLTAGE = 0.1  # relative difference of the voltages of packs side by side
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
 
+OF_LOGS = "a log is a ULog (.ulg), a DataFlash (.bin) or a CSV"
 NO_VOLTAGE = "has no voltage: without it currents give no power"
 DAMAGED = "is damaged; what could be read is used"
 CUT_OFF = "is cut off; what could be read is used"
@@ -161,11 +162,13 @@ def read(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
             raise _no_columns(path)
         return _finished(path, "DataFlash log of ArduPilot", *_of_ardupilot(path))
     if what := named(head):
-        advice = what.advice or "a log is a ULog (.ulg), a DataFlash (.bin) or a CSV"
+        advice = what.advice or OF_LOGS
         raise refusal(path, f"is {what.name}; {advice}")
     if path.suffix.lower() == ".txt" and path.stem.startswith("DJIFlightRecord"):
         words = "is a record of DJI in its own code; AirData and other programs make a CSV of it"
         raise refusal(path, words)
+    if b"\0" in head:
+        raise refusal(path, f"is not text and of no known format; {OF_LOGS}")
     return _of_csv(path, columns)
 
 
@@ -477,8 +480,17 @@ def _of_csv(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
         elif heading in columns and found is None:
             words = f"one of {NEW}, or with another unit"
             raise InputError([Fault("columns", shown(columns[heading]), words, source)])
+        elif heading in columns:
+            words = f"names {columns[heading]} a second time"
+            raise InputError([Fault("columns", shown(heading), words, source)])
     foreign = any(_foreign(heading) for heading in headings)
+    refuse(_unknown_units(headings, places, source))
     if not columns and not (foreign and {"time"} & places.keys()):
+        if len(headings) > 1 and not any(map(_has_unit, headings)):
+            names = ", ".join(shown(heading) for heading in headings[:MOST_NAMED])
+            more = ", …" * (len(headings) > MOST_NAMED)
+            words = f"has no heading that is known: {names}{more}; use {OLD_NEW}, NEW one of {NEW}"
+            raise refusal(path, f"{words}; headings of AirData, such as {OF_AIRDATA}, need none")
         return None
     if missing := [name for name in ("time", "current") if name not in places]:
         words = f"there is no column of the {' and of the '.join(missing)}; {OLD_NEW} names one"
@@ -488,6 +500,27 @@ def _of_csv(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
 
 
 OLD_NEW = "--column OLD=NEW"
+OF_AIRDATA = "time(millisecond), current(A), voltage(v), speed(mph)"
+MOST_NAMED = 8  # Headings of a file in a message
+
+
+def _has_unit(heading: str) -> bool:
+    """Return whether a heading ends in a unit, as those of optuav do."""
+    _, line, unit = heading.rpartition("_")
+    return bool(line) and any(unit in units for units in csv.UNITS.values())
+
+
+def _unknown_units(
+    headings: Sequence[str], places: Mapping[str, tuple[int, float]], source: str
+) -> Iterator[Fault]:
+    """Yield a fault for a quantity all of whose columns are in units that are not known."""
+    for heading in headings:
+        if (parts := UNIT.fullmatch(heading.strip().lower())) is None:
+            continue
+        for quantity, worth in WORTH.items():
+            if parts[1] in NAMES[quantity] and quantity not in places:
+                units = ", ".join(unit for unit in worth if unit)
+                yield Fault("column", shown(heading), f"must be in one of {units}", source)
 
 
 def _column(heading: str) -> tuple[str, float] | None:

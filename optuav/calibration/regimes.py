@@ -133,7 +133,7 @@ def fit_regimes(
         if np.sum(own := samples.phase == phase) >= ENOUGH
     }
     if not loads.keys() & {"flight", "hover"}:
-        shares = "".join(f"; {words}" for log in flown for words in _notes(log))
+        shares = "".join(f"; {words}" for log in flown for words in (*_notes(log), *log.warnings))
         words = f"must have at least {ENOUGH} samples of flight or of hover{shares}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))

@@ -50,13 +50,17 @@ def calibrate(
         words = f"requires KIND {', '.join(OF_LOGS[:-1])} or {OF_LOGS[-1]}, not {kind}"
         faults.append(Fault("--column", "", words))
     elif column:
-        stated = {each: each.rpartition("=")[::2] for each in column}
-        faults += [
-            Fault("--column", shown(each), "OLD=NEW: a heading of the file, and what it stands for")
-            for each, (old, new) in stated.items()
-            if not (old and new)
-        ]
-        options["columns"] = {old: new.strip() for old, new in stated.values()}
+        options["columns"] = pairs = dict[str, str]()
+        for each in column:
+            old, _, new = each.rpartition("=")
+            if not (old and new):
+                words = "OLD=NEW: a heading of the file, and what it stands for"
+                faults.append(Fault("--column", shown(each), words))
+            elif old in pairs:
+                faults.append(Fault("--column", shown(each), f"names {shown(old)} a second time"))
+            else:
+                pairs[old] = new.strip()
+        refuse(faults)
     of_data = list[Fault]()
     with collected(faults):
         base = None if extends is None else load(extends)
