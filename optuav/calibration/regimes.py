@@ -219,8 +219,8 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     for name in sorted(set(phases) - set(PHASES)):
         words = f"{', '.join(PHASES)}{nearest(name, PHASES)}"
         faults += table.faults(np.array(phases) == name, "phase", words)
-    faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
-    faults += table.faults(voltage_V <= 0.0, "voltage", "above 0")
+    faults += table.faults(speed_m_s < 0.0, "speed", "a number, x >= 0")
+    faults += table.faults(voltage_V <= 0.0, "voltage", "a number, x > 0")
     refuse(faults)
     power_W = numbers.get("power", current_A * voltage_V)
     phase = np.array(phases)

@@ -188,7 +188,9 @@ def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], li
                 raise ValueError
             name, _, frame, command, *numbers, _ = map(decimal, cells)
         except ValueError:
-            words = "twelve numbers: number, current, frame, command, seven figures, continue"
+            words = (
+                "a line of twelve numbers: number, current, frame, command, seven figures, continue"
+            )
             raise InputError([Fault("", "", words, f"{source}, line {number}")]) from None
         rows.append(PlanItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
     if not rows:
@@ -319,7 +321,7 @@ def _of_kml(text: str, file: Path) -> StatedFlight:
             continue  # A label beside the path
         mode = facts.get("altitudeMode", "clampToGround")
         if mode not in ("absolute", "relativeToGround"):
-            words = "altitudeMode absolute or relativeToGround, and a height of each corner"
+            words = "an altitudeMode, absolute or relativeToGround, with a height of each corner"
             raise InputError([Fault(name, shown(mode), words, label(file))])
         over: Literal["home", "sea"] = "sea" if mode == "absolute" else "home"
         places = list[tuple[float, float, float]]()
@@ -328,7 +330,7 @@ def _of_kml(text: str, file: Path) -> StatedFlight:
                 x, y, *z = map(decimal, corner.split(","))
                 places.append((x, y, z[0] if len(z) == 1 else math.nan))
         if not places or any(not (_on_earth(x, y) and math.isfinite(z)) for x, y, z in places):
-            words = f"coordinates longitude,latitude,height: {EARTH}"
+            words = f"a list of coordinates longitude,latitude,height: {EARTH}"
             raise InputError([Fault(name, "", words, label(file))])
         if over == "home" and (lowest := min(z for *_, z in places)) < 0.0:
             words = "a height over ground, x >= 0 [m]"

@@ -172,7 +172,7 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
         ("time_s,current_A,voltage_V,power_W,speed_m_s", "{n},20,1,20,0", "one of the columns"),
         ("time_s,current_A,voltage_V", "{n},20,20", "a column phase, or one of speed"),
         ("time_s,current_A,voltage_V,phase", "{n},20,20,hoover", "did you mean 'hover'"),
-        ("time_s,current_A,voltage_V,speed_m_s", "{n},20,20,-3", "0 or above"),
+        ("time_s,current_A,voltage_V,speed_m_s", "{n},20,20,-3", "x >= 0"),
         ("time_s,current_A,voltage_V,speed_m_s", "{n},-20,20,3", "positive is discharge"),
         ("time_s,current_A,voltage_V,phase", "{n},20,20,other", "flight or of hover"),
         (

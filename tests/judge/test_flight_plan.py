@@ -401,12 +401,24 @@ def test_a_wrong_value_of_a_plan_is_named_by_its_key(
         ("a.plan", '{"fileType": "Rally"}', "is JSON of another kind, not a plan"),
         ("a.plan", '{"type": "FeatureCollection", "features": []}', "is GeoJSON, not a plan"),
         ("a.plan", "%PDF-1.7", "is none: a flight plan is a|is a PDF"),
-        ("a.waypoints", "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\n", "line 2: twelve numbers"),
+        (
+            "a.waypoints",
+            "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\n",
+            "line 2: must be a line of twelve numbers",
+        ),
         ("a.waypoints", "QGC WPL 110\n", "has no items: is it cut off"),
         ("a.kml", KML[: len(KML) // 2], "is damaged or cut off at line"),
-        ("a.kml", KML.replace("relativeToGround", "clampToGround"), "altitudeMode absolute or"),
+        (
+            "a.kml",
+            KML.replace("relativeToGround", "clampToGround"),
+            "must be an altitudeMode, absolute or",
+        ),
         ("a.kml", KML.replace(",30", ",-30"), "= -30.0: must be a height over ground, x >= 0"),
-        ("a.kml", KML.replace(",30", ""), "coordinates longitude,latitude,height"),
+        (
+            "a.kml",
+            KML.replace(",30", ""),
+            "must be a list of coordinates longitude,latitude,height",
+        ),
         ("a.kml", KML.replace("LineString", "LinearRing"), "has no line or points to fly along"),
     ],
 )
