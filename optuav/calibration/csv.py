@@ -300,7 +300,9 @@ def _places(
 ) -> tuple[dict[int, str], list[Fault]]:
     """The column at each place of the header, and the header's faults."""
     if len(headings) == 1 and any(mark in headings[0] for mark in ";\t"):
-        return {}, [Fault("columns", shown(headings[0]), "commas between the columns", source)]
+        return {}, [
+            Fault("columns", shown(headings[0]), "must have commas between the columns", source)
+        ]
     known = {heading: column for column in form.kinds for heading in form.headings(column)}
     columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, InputError, decimal, refuse
 from optuav.mission.files import STANDARD, csv_rows, label, opened, refusal
 from optuav.mission.formats import named
 from optuav.mission.messages import nearest, plural, shown
@@ -40,7 +40,11 @@ USUAL = 75.0  # percentile of currents that is one in the air, where no state sa
 SAME_VOLTAGE = 0.1  # relative difference of the voltages of packs side by side
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
 
+OF_LOGS = "a log is a ULog (.ulg), a DataFlash (.bin) or a CSV"
 NO_VOLTAGE = "has no voltage: without it currents give no power"
+DAMAGED = "is damaged; what could be read is used"
+CUT_OFF = "is cut off; what could be read is used"
+IN_THE_AIR = "ends in the air: its last part is missing"
 REST, HOVER, FLIGHT, OTHER = "rest", "hover", "flight", "other"
 CLIMBS, BRIEF, GROUND, GAPS = (
     "of climbs and descents",
@@ -160,11 +164,13 @@ def read(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
             raise _no_columns(path)
         return _finished(path, "DataFlash log of ArduPilot", *_of_ardupilot(path))
     if what := named(head):
-        advice = what.advice or "a log is a ULog (.ulg), a DataFlash (.bin) or a CSV"
+        advice = what.advice or OF_LOGS
         raise refusal(path, f"is {what.name}; {advice}")
     if path.suffix.lower() == ".txt" and path.stem.startswith("DJIFlightRecord"):
         words = "is a record of DJI in its own code; AirData and other programs make a CSV of it"
         raise refusal(path, words)
+    if b"\0" in head:
+        raise refusal(path, f"is not text and of no known format; {OF_LOGS}")
     return _of_csv(path, columns)
 
 
@@ -214,6 +220,19 @@ def _no_columns(path: Path) -> InputError:
 # What a log says
 
 
+class Recorded(io.BufferedReader):
+    """A file that notes whether it ended within what was last read from it."""
+
+    short = False
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read as always, and note whether less was left than is asked for."""
+        content = super().read(size)
+        # After the last whole message pyulog asks for the 3 bytes of a head and gets none.
+        self.short = len(content) < (size or 0) and not (size == 3 and not content)
+        return content
+
+
 def _of_px4(path: Path) -> tuple[Columns, int, list[str], list[str]]:
     """Samples at the moments of the battery's messages."""
     try:
@@ -224,11 +243,12 @@ def _of_px4(path: Path) -> tuple[Columns, int, list[str], list[str]]:
     wanted += ["actuator_armed", "vehicle_land_detected"]
     try:
         nowhere = io.StringIO()
-        with path.open("rb") as file, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        with Recorded(io.FileIO(path)) as file, redirect_stdout(nowhere), redirect_stderr(nowhere):
             log = ULog(file, wanted)
     except Exception:  # Damaged files raise errors of many kinds
         raise refusal(path, "is a ULog of PX4 that is damaged or cut off") from None
-    warnings = ["is damaged; what could be read is used"] if log.file_corruption else []
+    warnings = [DAMAGED] if log.file_corruption else []
+    warnings += [CUT_OFF] if file.short else []
     if lost_s := sum(dropout.duration for dropout in log.dropouts) / 1e3:
         warnings.append(f"the logger dropped out for {lost_s:.1f} s in all")
     messages: dict[str, list[Any]] = {name: [] for name in wanted}
@@ -287,6 +307,12 @@ def _of_ardupilot(path: Path) -> tuple[Columns, int, list[str], list[str]]:
                 size = 0.01 if kind in BATTERIES and codes["Curr"] in "bBhHiI" else 1.0
                 row = (now_s, *(size * float(values.get(name, np.nan)) for name in names))
                 rows.setdefault(f"{kind}{inst}" if kind in BATTERIES else kind, []).append(row)
+            ends = (
+                reader.formats[number].len + places[-1]
+                for number, places in enumerate(reader.offsets)
+                if places and number in reader.formats
+            )
+            short = max(ends, default=0) > reader.data_len
             reader.close()
     except Exception:  # Damaged files raise errors of many kinds
         raise refusal(path, "is a DataFlash log of ArduPilot that is damaged") from None
@@ -312,6 +338,7 @@ def _of_ardupilot(path: Path) -> tuple[Columns, int, list[str], list[str]]:
                 before = np.append(-np.inf, t[rows_of]), np.append(1 - values[0], values)
                 states[key] = before
     warnings = ["has damaged parts, which are skipped"] if damaged.getvalue() else []
+    warnings += [CUT_OFF] if short else []
     return *_sampled(packs, velocity, states), warnings
 
 
@@ -455,8 +482,17 @@ def _of_csv(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
         elif heading in columns and found is None:
             words = f"one of {NEW}, or with another unit"
             raise InputError([Fault("columns", shown(columns[heading]), words, source)])
+        elif heading in columns:
+            words = f"names {columns[heading]} a second time"
+            raise InputError([Fault("columns", shown(heading), words, source)])
     foreign = any(_foreign(heading) for heading in headings)
+    refuse(_unknown_units(headings, places, source))
     if not columns and not (foreign and {"time"} & places.keys()):
+        if len(headings) > 1 and not any(map(_has_unit, headings)):
+            names = ", ".join(shown(heading) for heading in headings[:MOST_NAMED])
+            more = ", …" * (len(headings) > MOST_NAMED)
+            words = f"has no heading that is known: {names}{more}; use {OLD_NEW}, NEW one of {NEW}"
+            raise refusal(path, f"{words}; headings of AirData, such as {OF_AIRDATA}, need none")
         return None
     if missing := [name for name in ("time", "current") if name not in places]:
         words = f"there is no column of the {' and of the '.join(missing)}; {OLD_NEW} names one"
@@ -466,6 +502,27 @@ def _of_csv(path: Path, columns: Mapping[str, str]) -> FlightLog | None:
 
 
 OLD_NEW = "--column OLD=NEW"
+OF_AIRDATA = "time(millisecond), current(A), voltage(v), speed(mph)"
+MOST_NAMED = 8  # Headings of a file in a message
+
+
+def _has_unit(heading: str) -> bool:
+    """Return whether a heading ends in a unit, as those of optuav do."""
+    _, line, unit = heading.rpartition("_")
+    return bool(line) and any(unit in units for units in csv.UNITS.values())
+
+
+def _unknown_units(
+    headings: Sequence[str], places: Mapping[str, tuple[int, float]], source: str
+) -> Iterator[Fault]:
+    """Yield a fault for a quantity all of whose columns are in units that are not known."""
+    for heading in headings:
+        if (parts := UNIT.fullmatch(heading.strip().lower())) is None:
+            continue
+        for quantity, worth in WORTH.items():
+            if parts[1] in NAMES[quantity] and quantity not in places:
+                units = ", ".join(unit for unit in worth if unit)
+                yield Fault("column", shown(heading), f"must be in one of {units}", source)
 
 
 def _column(heading: str) -> tuple[str, float] | None:
@@ -568,6 +625,9 @@ def _finished(
         notes = [*notes, "the current is negative while discharging; its sign is turned"]
     samples = samples._replace(time_s=samples.time_s - samples.time_s[0])
     phase, reason = _phases(samples)
+    armed, landed = int(samples.armed[-1]), int(samples.landed[-1])
+    if armed != 0 and (landed == 0 or (landed < 0 and armed == 1)):
+        warned.append(IN_THE_AIR)
     if not np.isfinite(samples.speed_m_s).any():
         warned.append("there are no speeds: hover and flight cannot be told apart")
     heads = tuple(f"{source}: {words}" for words in notes)

@@ -52,6 +52,7 @@ ENOUGH = 10  # fewest samples of a regime
 MOST_ALIKE = 0.99  # largest correlation of neighbours that is believed
 LEAST_LEG = 5  # fewest samples of a leg
 REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
+MISFIT = 0.08  # rms of speeds off the trapezoids, over the largest, that one cap still explains
 GAIN = 9.0  # least gain of the sum of squares by a cap, in variances: three standard errors
 ROUNDS = 20  # most steps to the best begin and end of a leg; two are usual
 FOUND_S = 1e-9  # change of these moments below which they are found
@@ -132,7 +133,7 @@ def fit_regimes(
         if np.sum(own := samples.phase == phase) >= ENOUGH
     }
     if not loads.keys() & {"flight", "hover"}:
-        shares = "".join(f"; {words}" for log in flown for words in _notes(log))
+        shares = "".join(f"; {words}" for log in flown for words in (*_notes(log), *log.warnings))
         words = f"must have at least {ENOUGH} samples of flight or of hover{shares}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))
@@ -218,8 +219,8 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     for name in sorted(set(phases) - set(PHASES)):
         words = f"{', '.join(PHASES)}{nearest(name, PHASES)}"
         faults += table.faults(np.array(phases) == name, "phase", words)
-    faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
-    faults += table.faults(voltage_V <= 0.0, "voltage", "above 0")
+    faults += table.faults(speed_m_s < 0.0, "speed", "a number, x >= 0")
+    faults += table.faults(voltage_V <= 0.0, "voltage", "a number, x > 0")
     refuse(faults)
     power_W = numbers.get("power", current_A * voltage_V)
     phase = np.array(phases)
@@ -315,6 +316,11 @@ def _motion(
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
     fitted = speeds(*estimated.values.tolist())
     course = fit.curve("speed", "m/s", observed, fitted, at_s, TIME)
+    if (off_m_s := float(np.sqrt(np.mean((fitted - observed) ** 2)))) > MISFIT * observed.max():
+        words = f"legs of one acceleration and speed cap are {off_m_s:.2g} m/s rms off the speeds"
+        missing = "acceleration_m_s2 and max_speed_m_s are missing here"
+        advice = "for legs at different speeds use rotary-wing"
+        return (), (course,), (f"{words}: {missing}; {advice}",)
     return estimated.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 

@@ -146,7 +146,7 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
     if len(estimated.undetermined) == len(KEYS):
         return
     if estimated.undetermined:
-        yield f"the power is unsure above {fastest:g} m/s, the largest speed of the log"
+        yield f"the power is unsure above {fastest:.3g} m/s, the largest speed of the log"
     tip_m_s, (least, most) = float(estimated.values[TIP]), TIP_M_S
     if min(abs(tip_m_s / end - 1.0) for end in TIP_M_S) < AT_END:
         words = f"an end of its range, {least:g} to {most:g} m/s"
@@ -164,7 +164,7 @@ def _checked(
     left_out = [*log.not_read()]
     left_out += [words for column, rows in unknown.items() for words in log.left_out(column, rows)]
     table = log.only(~np.any([*unknown.values()], axis=0))
-    faults = [*table.faults(table.numbers["speed"] < 0.0, "speed", "0 or above")]
-    faults += table.faults(table.numbers["power"] <= 0.0, "power", "above 0")
+    faults = [*table.faults(table.numbers["speed"] < 0.0, "speed", "a number, x >= 0")]
+    faults += table.faults(table.numbers["power"] <= 0.0, "power", "a number, x > 0")
     refuse([*faults, *table.few("speed", LEAST_SPEEDS, *left_out, *shares)])
     return table, tuple(left_out)

@@ -109,7 +109,7 @@ def _checked(table: csv.Measurements) -> csv.Measurements:
     """A file of either kind, all of whose numbers are above 0."""
     faults = list[Fault]()
     for name, values in table.numbers.items():
-        faults += table.faults(values <= 0.0, name, "above 0")
+        faults += table.faults(values <= 0.0, name, "a number, x > 0")
     if "radius" in table.numbers and (lines := len(table.lines)) > 1:
         faults.append(Fault("lines", f"{lines}", "must be 1: a single propeller", table.source))
     if "speed" in table.numbers:

@@ -48,6 +48,7 @@ AREAS = ("Polygon", "MultiPolygon", "Unknown")
 ZIPS = (".zip", ".shz")
 BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
 MAPS = (*HEADS, *OSM, *PARQUET, *TEXTS, *LINES)
+LONGEST_REMARK = 300  # Characters
 WHY = "where the reference system comes from"
 UNDEFINED = ("Undefined Cartesian SRS", "Undefined geographic SRS")  # By GeoPackage, none
 AREAS_OF_TAGS = Path(__file__).with_name("osm.ini")  # Closed ways that GDAL takes for areas
@@ -91,7 +92,12 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if head.get("type") == "CityJSONFeature":
         raise refusal(file, "is CityJSONSeq without its first line, which states the scale")
     if isinstance(whole.get("elements"), list):
-        return _of_openstreetmap(whole["elements"], file, None)
+        said = whole.get("remark")  # On a time-out, after which elements are missing
+        told = (f"Overpass says {said[:LONGEST_REMARK]!r}",) if isinstance(said, str) else ()
+        if told and not whole["elements"]:
+            raise refusal(file, f"has no elements; {told[0]}")
+        frame, remarks = _of_openstreetmap(whole["elements"], file, None)
+        return frame, (*remarks, *told)
     what = named(json.dumps(document)[:FIRST].encode())
     if what and "features" not in whole and "GeoJSON" not in what.words:
         raise refusal(file, f"is {what.words}")
@@ -243,7 +249,7 @@ def _same(own: pyproj.CRS | None, stated: pyproj.CRS) -> bool:
     """Return whether two systems differ in the order of their axes at most."""
     if own is None:
         return False
-    degrees = ("EPSG:4326", "OGC:CRS84")
+    degrees = ("EPSG:4326", "EPSG:4979", "OGC:CRS84", "OGC:CRS84h")
     return own.equals(stated, ignore_axis_order=True) or (
         own.to_string() in degrees and stated.to_string() in degrees
     )

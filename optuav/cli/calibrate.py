@@ -50,13 +50,17 @@ def calibrate(
         words = f"requires KIND {', '.join(OF_LOGS[:-1])} or {OF_LOGS[-1]}, not {kind}"
         faults.append(Fault("--column", "", words))
     elif column:
-        stated = {each: each.rpartition("=")[::2] for each in column}
-        faults += [
-            Fault("--column", shown(each), "OLD=NEW: a heading of the file, and what it stands for")
-            for each, (old, new) in stated.items()
-            if not (old and new)
-        ]
-        options["columns"] = {old: new.strip() for old, new in stated.values()}
+        options["columns"] = named = dict[str, str]()
+        for each in column:
+            old, _, new = each.rpartition("=")
+            if not (old and new):
+                words = "OLD=NEW: a heading of the file, and what it stands for"
+                faults.append(Fault("--column", shown(each), words))
+            elif old in named:
+                faults.append(Fault("--column", shown(each), f"names {shown(old)} a second time"))
+            else:
+                named[old] = new.strip()
+        refuse(faults)
     of_data = list[Fault]()
     with collected(faults):
         base = None if extends is None else load(extends)
@@ -76,6 +80,10 @@ def calibrate(
             of_both = f"values from {', '.join(found.sources)} on top of {name}"
             faults = [replace(fault, source=of_both) for fault in error.faults]
             words = "a mission on which these values load; nothing is written"
+            model = found.settings.get("flight.model")
+            if base is not None and model not in (None, base.flight.model):
+                new = f"as optuav new FILE --from {model} writes"
+                words = f"a mission with flight.model = {shown(model)}, {new}; nothing is written"
             raise InputError([*faults, Fault("extends", name, words)]) from None
         write_text(save, text)
         written.append(save)

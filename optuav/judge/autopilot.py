@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 from xml.etree import ElementTree
 
 from optuav.errors import Fault, InputError, decimal
@@ -39,6 +39,7 @@ REFUSED = {
 RELATIVE, ABSOLUTE, TERRAIN, NOWHERE = (3, 6), (0, 5), (10, 11), 2
 """Frames of heights: over home, above mean sea level, over terrain; no place at all."""
 CALCULATED_OVER_TERRAIN = 3  # QGroundControl's mode of heights that it computes itself
+AS_BEFORE = (-1.0, -2.0)  # Speeds that stand for no change, and for the autopilot's own
 EARTH = "longitude −180 to 180, latitude −90 to 90"
 
 Kind = Literal["pass", "hover", "rest", "take-off", "land", "return"]
@@ -84,20 +85,58 @@ def flight_of(file: Path) -> StatedFlight:
         words = f"is {what.name}" if what else "is JSON of another kind"
         raise refusal(file, f"{words}, not a plan of QGroundControl, whose fileType is Plan")
     notes = list[str]()
-    try:
-        mission = document["mission"]
-        versions = document["version"], mission["version"]
-        if versions != (1, 2):
-            words = f"versions 1 of the plan and 2 of its mission, not {versions[0]}, {versions[1]}"
-            raise refusal(file, f"is a plan of another version: {words}")
-        latitude, longitude, altitude_m = map(float, mission["plannedHomePosition"])
-        speed_m_s = float(mission.get("hoverSpeed") or math.nan)
-        rows = [*_items(mission["items"], notes)]
-    except InputError:
-        raise
-    except (LookupError, TypeError, ValueError, AttributeError):
-        raise refusal(file, "is a plan of QGroundControl that is not as specified") from None
+    version = _value(document, "version", WHOLE, file)
+    mission = _value(document, "mission", TABLE, file)
+    versions = version, _value(mission, "version", WHOLE, file, "mission.")
+    if versions != (1, 2):
+        words = f"versions 1 of the plan and 2 of its mission, not {versions[0]}, {versions[1]}"
+        raise refusal(file, f"is a plan of another version: {words}")
+    latitude, longitude, altitude_m = _value(mission, "plannedHomePosition", HOME, file, "mission.")
+    speed_m_s = math.nan
+    if mission.get("hoverSpeed") is not None:
+        speed_m_s = float(_value(mission, "hoverSpeed", SPEED, file, "mission."))
+    items = _value(mission, "items", LIST, file, "mission.")
+    rows = [*_items(items, notes, file, "mission.items")]
     return _flight(file, (longitude, latitude, altitude_m), rows, speed_m_s, notes)
+
+
+class Form(NamedTuple):
+    """A value of a key: whether it is one, and what is allowed."""
+
+    accepts: Callable[[Any], bool]
+    words: str
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_numbers(value: object, count: int, *, empty: bool) -> bool:
+    """Return whether a value is a list of so many numbers, some perhaps null."""
+    is_list = isinstance(value, list) and len(value) == count
+    return is_list and all(_is_number(x) or (empty and x is None) for x in cast(list[Any], value))
+
+
+NUMBER = Form(_is_number, "a number")
+WHOLE = Form(lambda value: _is_number(value) and value == int(value), "a whole number")
+SPEED = Form(lambda value: _is_number(value) and value > 0.0, "a number, x > 0 [m/s]")
+TABLE = Form(lambda value: isinstance(value, dict), "a table")
+TEXT = Form(lambda value: isinstance(value, str), "a text")
+LIST = Form(lambda value: isinstance(value, list), "a list")
+HOME = Form(
+    lambda value: _is_numbers(value, 3, empty=False),
+    "three numbers: latitude and longitude [deg], altitude [m]",
+)
+PARAMETERS = Form(lambda value: _is_numbers(value, 7, empty=True), "a list of 7 numbers or null")
+
+
+def _value(table: Any, key: str, form: Form, file: Path, before: str = "") -> Any:
+    """The value of a key of a plan; refused by its name if it is missing or of another form."""
+    value = table.get(key)
+    if not form.accepts(value):
+        stated = shown(value) if key in table else ""
+        raise InputError([Fault(f"{before}{key}", stated, form.words, label(file))])
+    return value
 
 
 class PlanItem(NamedTuple):
@@ -109,24 +148,32 @@ class PlanItem(NamedTuple):
     numbers: tuple[float, ...]
 
 
-def _items(items: Sequence[Any], notes: list[str], before: str = "") -> Iterator[PlanItem]:
+def _items(
+    items: Sequence[Any], notes: list[str], file: Path, key: str, before: str = ""
+) -> Iterator[PlanItem]:
     """Simple items, and those that patterns carry."""
-    for number, each in enumerate(items, start=1):
-        name = f"{before}item {number}"
-        if each["type"] == "SimpleItem":
-            numbers = [math.nan if value is None else float(value) for value in each["params"]]
-            frame = int(each.get("frame", NOWHERE))
+    for number, each in enumerate(items):
+        name, at = f"{before}item {number + 1}", f"{key}[{number}]"
+        if not isinstance(each, dict):
+            raise InputError([Fault(at, shown(each), TABLE.words, label(file))])
+        if _value(each, "type", TEXT, file, f"{at}.") == "SimpleItem":
+            stated = _value(each, "params", PARAMETERS, file, f"{at}.")
+            numbers = [math.nan if value is None else float(value) for value in stated]
+            frame = int(_value({"frame": NOWHERE} | each, "frame", WHOLE, file, f"{at}."))
             if math.isnan(numbers[6]) and each.get("AltitudeMode") == CALCULATED_OVER_TERRAIN:
-                numbers[6], frame = float(each["Altitude"]), TERRAIN[0]
-            yield PlanItem(name, int(each["command"]), frame, tuple(numbers))
+                numbers[6] = float(_value(each, "Altitude", NUMBER, file, f"{at}."))
+                frame = TERRAIN[0]
+            command = int(_value(each, "command", WHOLE, file, f"{at}."))
+            yield PlanItem(name, command, frame, tuple(numbers))
             continue
         kind = str(each.get("complexItemType", "pattern"))
-        carried = each.get("TransectStyleComplexItem", {}).get("Items")
-        if carried is None:
+        pattern = "TransectStyleComplexItem"
+        if pattern not in each or "Items" not in _value(each, pattern, TABLE, file, f"{at}."):
             yield PlanItem(f"{name} ({kind})", -1, NOWHERE, (math.nan,) * 7)
             continue
+        carried = _value(each[pattern], "Items", LIST, file, f"{at}.{pattern}.")
         notes.append(f"{name} ({kind}) is flown by the {len(carried)} items that it carries")
-        yield from _items(carried, notes, f"{name}, ")
+        yield from _items(carried, notes, file, f"{at}.{pattern}.Items", f"{name}, ")
 
 
 def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], list[PlanItem]]:
@@ -141,7 +188,9 @@ def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], li
                 raise ValueError
             name, _, frame, command, *numbers, _ = map(decimal, cells)
         except ValueError:
-            words = "twelve numbers: number, current, frame, command, seven figures, continue"
+            words = (
+                "a line of twelve numbers: number, current, frame, command, seven figures, continue"
+            )
             raise InputError([Fault("", "", words, f"{source}, line {number}")]) from None
         rows.append(PlanItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
     if not rows:
@@ -177,12 +226,21 @@ def _flight(
         )
         if row.command in SILENT:
             continue
+        if row.command in (WAYPOINT, LOITER_TIME, DELAY, CONDITION_DELAY) and stay_s < 0.0:
+            words = "a number, x >= 0 [s]"
+            faults.append(Fault(f"{what}, seconds", shown(stay_s), words, label(file)))
+            continue
         if row.command in (DELAY, CONDITION_DELAY):
             if steps and stay_s > 0.0:
                 steps[-1] = steps[-1]._replace(stay_s=steps[-1].stay_s + stay_s)
             continue
         if row.command == CHANGE_SPEED:
-            speed_m_s = second if second > 0.0 else speed_m_s
+            if second in AS_BEFORE or math.isnan(second):
+                continue
+            if not SPEED.accepts(second):
+                words = f"{SPEED.words}, or −1 for the speed before"
+                faults.append(Fault(f"{what}, speed", shown(second), words, label(file)))
+            speed_m_s = second
             continue
         kind: Kind = "pass"
         if ended:
@@ -226,7 +284,7 @@ def _flight(
         elif not _on_earth(longitude, latitude):
             faults.append(Fault(what, shown((longitude, latitude)), EARTH, label(file)))
             continue
-        if math.isnan(height_m):
+        if not math.isfinite(height_m):
             faults.append(Fault(what, "", "a height as a number", label(file)))
             continue
         at = (longitude, latitude, height_m, over)
@@ -263,7 +321,7 @@ def _of_kml(text: str, file: Path) -> StatedFlight:
             continue  # A label beside the path
         mode = facts.get("altitudeMode", "clampToGround")
         if mode not in ("absolute", "relativeToGround"):
-            words = "altitudeMode absolute or relativeToGround, and a height of each corner"
+            words = "an altitudeMode, absolute or relativeToGround, with a height of each corner"
             raise InputError([Fault(name, shown(mode), words, label(file))])
         over: Literal["home", "sea"] = "sea" if mode == "absolute" else "home"
         places = list[tuple[float, float, float]]()
@@ -272,8 +330,11 @@ def _of_kml(text: str, file: Path) -> StatedFlight:
                 x, y, *z = map(decimal, corner.split(","))
                 places.append((x, y, z[0] if len(z) == 1 else math.nan))
         if not places or any(not (_on_earth(x, y) and math.isfinite(z)) for x, y, z in places):
-            words = f"coordinates longitude,latitude,height: {EARTH}"
+            words = f"a list of coordinates longitude,latitude,height: {EARTH}"
             raise InputError([Fault(name, "", words, label(file))])
+        if over == "home" and (lowest := min(z for *_, z in places)) < 0.0:
+            words = "a height over ground, x >= 0 [m]"
+            raise InputError([Fault(name, shown(lowest), words, label(file))])
         home = home or (places[0], over)
         if not is_line:
             stay_s = float(seconds[1]) if seconds else 0.0

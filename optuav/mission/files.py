@@ -230,12 +230,32 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return content
 
 
+def ends_early(text: str) -> bool:
+    """Return whether a JSON text ends within a value."""
+    try:
+        json.loads(text)
+    except json.JSONDecodeError as error:
+        return _is_at_end(error)
+    except (ValueError, RecursionError):
+        return False
+    return False
+
+
+def _is_at_end(error: json.JSONDecodeError) -> bool:
+    """Return whether the parser came to the end of a text, and needed more of it."""
+    return error.pos >= len(error.doc.rstrip()) or error.msg.startswith("Unterminated string")
+
+
 def _error_words(error: ValueError) -> str:
     """Return the fault of a text and its place, with our words in place of the parser's."""
     if "set_int_max_str_digits" in str(error):
         return f"a whole number has more than {sys.get_int_max_str_digits()} digits"
     if isinstance(error, json.JSONDecodeError):
         said, where = error.msg, f"line {error.lineno}, column {error.colno}"
+        if not error.doc.strip():
+            return "it is empty"
+        if error.pos >= len(error.doc.rstrip()):
+            return f"{where}: it ends within a value, as if it were cut off"
     elif placed := PLACED.fullmatch(str(error)):
         said, where = placed[1], placed[2].replace("end of document", "its end")
     else:

@@ -14,7 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, must_be_file, parse_json, read_text, refusal, refusals
+from optuav.mission.files import (
+    ends_early,
+    label,
+    must_be_file,
+    opened,
+    parse_json,
+    read_text,
+    refusal,
+    refusals,
+)
 from optuav.mission.formats import HEAD as FIRST
 from optuav.mission.formats import named
 from optuav.mission.messages import shown
@@ -76,12 +85,40 @@ def known() -> str:
 
 def document_of(file: Path) -> Any:
     """The JSON of a map; lines of features as one collection of them."""
+    _must_be_json(file)
     text = read_text(file, LARGEST)
     if file.suffix.lower() not in LINES and not SEVERAL.match(text):
         return parse_json(text, label(file), MOST_VALUES)
     lines = text.split("\x1e" if text.startswith("\x1e") else "\n")
-    joined = ",\n".join(line for line in lines if line.strip())
+    full = [line for line in lines if line.strip()]
+    if full and ends_early(full[-1]):
+        raise refusal(file, "is cut off within its last line")
+    joined = ",\n".join(full)
     return {"features": parse_json(f"[{joined}]", label(file), MOST_VALUES)}
+
+
+SUFFIX_OF = {
+    "OpenStreetMap data (.osm.pbf)": ".osm.pbf",
+    "OpenStreetMap data (.osm)": ".osm",
+    "a Parquet file": ".parquet",
+    "a GeoPackage": ".gpkg",
+    "a FlatGeobuf": ".fgb",
+    "a shapefile": ".shp",
+}
+"""Suffixes of maps that are not JSON, by how the words on their format begin."""
+
+
+def _must_be_json(file: Path) -> None:
+    """Refuse an empty file and one of another format, whose name is advised if it is a map."""
+    with opened(file, LARGEST) as content:
+        head = content.read(FIRST)
+    if not head.strip():
+        raise refusal(file, "is empty")
+    what = named(head)
+    if what and (what.binary or head.lstrip().startswith(b"<")):
+        suffix = next((own for form, own in SUFFIX_OF.items() if what.words.startswith(form)), "")
+        advice = f"; name it {file.stem}{suffix}" if suffix else ""
+        raise refusal(file, f"is {what.words}{advice}")
 
 
 def features(document: Any, file: Path) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypedDict
 
@@ -15,7 +15,7 @@ from optuav.fields import Range
 from optuav.judge.course import TOLERANCE
 from optuav.judge.fleets import busiest
 from optuav.mission import Mission, load
-from optuav.mission.files import read_toml
+from optuav.mission.files import label, read_toml
 from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.service.calm_air import calm_facts, in_calm_air
@@ -280,16 +280,17 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
     """The prices that a mapping or a file states, or a refusal with all faults."""
     words = "prices by name, or the path of a TOML file with them"
     of_kind("prices", prices, Mapping | str | Path, words)
+    source = "" if isinstance(prices, Mapping) else label(path_of(prices))
     stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
     faults = [unknown("prices", name, PRICED) for name in stated if name not in PRICED]
     known, missing = ([n for n in PRICED if (n in stated) is there] for there in (True, False))
     faults += misfits(*((f"prices.{name}", stated[name], PRICE) for name in known))
     if missing:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
-    refuse(faults)
+    refuse(replace(fault, source=source) for fault in faults)
     if not any(stated.values()):
         words = f"at least one above 0, each {PRICE.words}; leave prices out to see only the counts"
-        raise InputError([Fault("prices", "all 0", words)])
+        raise InputError([Fault("prices", "all 0", words, source)])
     return stated
 
 

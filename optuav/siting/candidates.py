@@ -81,7 +81,9 @@ def _read(path: Path, missions: Sequence[Mission], height_m: float) -> Floats:
 def _points(document: Any, source: str, height_m: float) -> Iterator[tuple[float, float, float]]:
     """Yield longitude, latitude [deg] and z [m] of each feature."""
     features: Any = document.get("features") if isinstance(document, dict) else None
-    if not isinstance(features, list) or not features:
+    if features == []:
+        raise InputError([Fault("features", "an empty list", f"needs {POINTS}", source)])
+    if not isinstance(features, list):
         raise InputError(
             [Fault("", "", f"needs a FeatureCollection, each feature with {POINTS}", source)]
         )

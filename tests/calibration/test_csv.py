@@ -94,7 +94,7 @@ def test_a_gap_among_words_asks_for_a_word(file: Path) -> None:
         ("time_s,curent_A", "did you mean 'current_A'?"),
         ("time_s,current_A,current_mA", "a second column of current"),
         ("time_s,phase", "there is no column current_A or current_mA"),
-        ("time_s;current_A", "'time_s;current_A': commas between the columns"),
+        ("time_s;current_A", "'time_s;current_A': must have commas between the columns"),
     ],
 )
 def test_headers_that_do_not_do(header: str, words: str, file: Path) -> None:

@@ -163,6 +163,17 @@ def test_a_log_that_is_cut_off_is_read_or_refused(tmp_path: Path, name: str, sha
         assert share < 0.3
     else:
         assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+        assert any("ends in the air" in each for each in found.warnings)
+
+
+@pytest.mark.parametrize("name", ["log.ulg", "log.bin"])
+def test_a_log_that_ends_within_a_message_is_called_cut_off(tmp_path: Path, name: str) -> None:
+    """The last bytes are missing, after the landing: the cut is all that there is to warn of."""
+    file = WRITERS[name][0](tmp_path / name, flown())
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-2])
+    (warning,) = optuav.fit_regimes(file).warnings
+    assert warning == f"{file}: is cut off; what could be read is used"
 
 
 @pytest.mark.parametrize("name", ["log.ulg", "log.bin"])
@@ -192,6 +203,15 @@ def test_damaged_logs_raise_no_other_error(tmp_path: Path, name: str) -> None:
         (b"<html><body>404</body></html>", "is a web page"),
         (b"ULog\x01\x12\x35\x01" + bytes(8), "ULog of PX4|no battery_status"),
         (b"time(millisecond),speed(mph)\n0,1\n", "no column of the current"),
+        (
+            b"Clock,Amps\n0,1\n",
+            "has no heading that is known: 'Clock', 'Amps'; use --column OLD=NEW",
+        ),
+        (
+            b"time(millisecond),current(A),voltage(v),speed(furlong/h)\n0,1,2,3\n",
+            r"'speed\(furlong/h\)': must be in one of m/s, mps, km/h",
+        ),
+        (b"\0" * 5000, "is not text and of no known format; a log is a ULog"),
         (b"time(millisecond),current(A)\n0,0\n1,0\n2,0\n3,0", "has no current"),
         (
             b"time(millisecond),current(A)\n0,x\n1,y\n",
@@ -214,6 +234,14 @@ def test_a_log_without_steady_speeds_says_what_it_has(tmp_path: Path) -> None:
     file = flights.airdata(tmp_path / "a.csv", Flown(*(column[keep] for column in log)))
     with pytest.raises(InputError, match=r"there are 1; .*100 % of 40 s are steady"):
         optuav.fit_rotary_wing(file)
+
+
+def test_a_log_without_speeds_says_so_where_it_is_refused(tmp_path: Path) -> None:
+    rows = [f"{100 * n},20,22" for n in range(50)]
+    file = tmp_path / "a.csv"
+    file.write_text("\n".join(["time(millisecond),current(A),voltage(v)", *rows]))
+    with pytest.raises(InputError, match="there are no speeds: hover and flight cannot be told"):
+        optuav.fit_regimes(file)
 
 
 def test_a_record_of_dji_in_its_own_code_is_named(tmp_path: Path) -> None:
@@ -252,6 +280,14 @@ def test_the_command_reads_columns_by_their_names_and_draws_the_log(tmp_path: Pa
     ("options", "words"),
     [
         (("regimes", "--column", "Amps"), "--column = 'Amps': must be OLD=NEW"),
+        (
+            ("regimes", "--column", "Amps=time_s", "--column", "Amps=current_A"),
+            "--column = 'Amps=current_A': names 'Amps' a second time",
+        ),
+        (
+            ("regimes", "--column", "Amps=current_A", "--column", "Volts=current_A"),
+            "--column = 'Volts': names current_A a second time",
+        ),
         (("regimes", "--column", "Amp=current_A"), "did you mean 'Amps'"),
         (("regimes", "--column", "Amps=current"), "there is no column of the time"),
         (("regimes", "--column", "Amps=thrust_N"), "'thrust_N': must be one of time_s, current_A"),
@@ -261,7 +297,9 @@ def test_the_command_reads_columns_by_their_names_and_draws_the_log(tmp_path: Pa
 def test_wrong_columns_are_refused(tmp_path: Path, options: tuple[str, ...], words: str) -> None:
     kind, *more = options
     file = flights.own_names(tmp_path / "own.csv", flown())
-    assert words in refused("calibrate", kind, str(file), *more)
+    told = refused("calibrate", kind, str(file), *more)
+    assert words in told
+    assert told.count("--column =") <= 1  # One mistake is one error
 
 
 def test_a_column_that_is_named_comes_before_one_that_is_known(tmp_path: Path) -> None:

@@ -125,6 +125,20 @@ def test_errors_of_the_speed_are_no_cap(tmp_path: Path) -> None:
     assert capped <= 1
 
 
+def test_legs_at_different_speeds_have_no_one_acceleration_and_cap(tmp_path: Path) -> None:
+    """Legs of 35 s at 3 to 18 m/s, sped up at 2 m/s²: neither is fitted, and a warning says why."""
+    rows, start_s = ["time_s,current_A,voltage_V,speed_m_s"], 0.0
+    for cap_m_s in (3.0, 6.0, 9.0, 12.0, 15.0, 18.0):
+        for now_s in np.arange(0.0, 50.0, 0.2):
+            speed_m_s = max(0.0, min(cap_m_s, 2.0 * now_s, 2.0 * (35.0 - now_s)))
+            rows.append(f"{start_s + now_s:.1f},20,22,{speed_m_s:.3f}")
+        start_s += 50.0
+    (tmp_path / "log.csv").write_text("\n".join(rows))
+    found = optuav.fit_regimes(tmp_path / "log.csv")
+    assert not {"flight.acceleration_m_s2", "flight.max_speed_m_s"} & found.changes.keys()
+    assert any("for legs at different speeds use rotary-wing" in each for each in found.warnings)
+
+
 def test_several_logs_are_one_sample(tmp_path: Path) -> None:
     one, two = log(tmp_path / "one.csv"), log(tmp_path / "two.csv", legs_m=(400.0,))
     found = optuav.fit_regimes([one, two])
@@ -158,7 +172,7 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
         ("time_s,current_A,voltage_V,power_W,speed_m_s", "{n},20,1,20,0", "one of the columns"),
         ("time_s,current_A,voltage_V", "{n},20,20", "a column phase, or one of speed"),
         ("time_s,current_A,voltage_V,phase", "{n},20,20,hoover", "did you mean 'hover'"),
-        ("time_s,current_A,voltage_V,speed_m_s", "{n},20,20,-3", "0 or above"),
+        ("time_s,current_A,voltage_V,speed_m_s", "{n},20,20,-3", "x >= 0"),
         ("time_s,current_A,voltage_V,speed_m_s", "{n},-20,20,3", "positive is discharge"),
         ("time_s,current_A,voltage_V,phase", "{n},20,20,other", "flight or of hover"),
         (

@@ -293,7 +293,10 @@ def test_values_that_mean_unknown_are_left_out_and_counted(wrong: str, tmp_path:
     [
         ("speed_m_s,power_W\n" + "5,100\n" * 8, "at least 6 different speeds; there are 1"),
         ("speed_m_s,power_W\n" + "\n".join(f"{-n},9" for n in range(8)), "speed = -1 m/s, …"),
-        ("speed_m_s,power_W\n" + "\n".join(f"{n},0" for n in range(8)), "power = 0 W: above 0"),
+        (
+            "speed_m_s,power_W\n" + "\n".join(f"{n},0" for n in range(8)),
+            "power = 0 W: must be a number, x > 0",
+        ),
         ("speed_m_s\n1\n2", "no column power_W or power_kW"),
     ],
 )

@@ -285,14 +285,42 @@ def test_longitudes_before_latitudes_with_heights_or_without(tmp_path: Path, nam
     file.write_text(json.dumps(document))
     assert read(file).origin == plain.origin
     assert np.allclose(read(file).position_m, plain.position_m)
-    if name == "OGC:CRS84":
-        assert read(file, crs="EPSG:4326").origin == plain.origin
+    for same in ("EPSG:4326", "OGC:CRS84", "OGC:CRS84h"):
+        assert read(file, crs=same).origin == plain.origin
 
 
 def test_lines_of_json_are_seen_whatever_the_suffix(tmp_path: Path) -> None:
     shapes = [{"type": "Feature", "properties": TALL, "geometry": square(50 * k)} for k in range(3)]
     (file := tmp_path / "town.json").write_text("\n".join(map(json.dumps, shapes)))
     assert read(file).names == ("b0", "b1", "b2")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.geojson", " \n", "a.geojson: is empty"),
+        (
+            "a.geojson",
+            "<?xml version='1.0'?><osm version='0.6'/>",
+            r"OpenStreetMap .*name it a.osm",
+        ),
+        ("a.geojson", "PAR1" + 50 * "\0", "is a Parquet file; name it a.parquet"),
+        ("a.geojson", "%PDF-1.7", "a.geojson: is a PDF$"),
+        ("a.geojson", '{"type": "FeatureCollection", "features": [{', "as if it were cut off"),
+        ("a.jsonl", '{"type": "Feature"}\n{"type": "Fea', "is cut off within its last line"),
+        (
+            "a.json",
+            '{"elements": [], "remark": "timed out"}',
+            "no elements; Overpass says 'timed out'",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_text_is_said(
+    tmp_path: Path, name: str, content: str, words: str
+) -> None:
+    """Empty, cut off, another format under a wrong suffix, or nothing from a server."""
+    (tmp_path / name).write_text(content)
+    refused(tmp_path / name, words)
 
 
 def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:

@@ -372,18 +372,47 @@ def test_plans_that_cannot_be_judged_are_refused(
 
 
 @pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("plannedHomePosition", None, "= None: must be three numbers: latitude and longitude"),
+        ("plannedHomePosition", [52.5, "13", 0], ".*must be three numbers"),
+        ("hoverSpeed", 0, r"= 0: must be a number, x > 0 \[m/s\]"),
+        ("version", "2", "= '2': must be a whole number"),
+    ],
+)
+def test_a_wrong_value_of_a_plan_is_named_by_its_key(
+    tmp_path: Path, key: str, value: object, told: str
+) -> None:
+    with pytest.raises(InputError, match=f"survey.plan: mission.{key} {told}"):
+        optuav.audit(plan(tmp_path, SQUARE, **{key: value}), "relay-today")
+
+
+@pytest.mark.parametrize(
     ("name", "content", "told"),
     [
-        ("a.plan", '{"fileType": "Plan"}', "is a plan of QGroundControl that is not as specified"),
+        ("a.plan", '{"fileType": "Plan"}', "a.plan: version: must be a whole number"),
         ("a.plan", '{"fileType": "Plan", "vers', "is not JSON"),
         ("a.plan", '{"fileType": "Rally"}', "is JSON of another kind, not a plan"),
         ("a.plan", '{"type": "FeatureCollection", "features": []}', "is GeoJSON, not a plan"),
         ("a.plan", "%PDF-1.7", "is none: a flight plan is a|is a PDF"),
-        ("a.waypoints", "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\n", "line 2: twelve numbers"),
+        (
+            "a.waypoints",
+            "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\n",
+            "line 2: must be a line of twelve numbers",
+        ),
         ("a.waypoints", "QGC WPL 110\n", "has no items: is it cut off"),
         ("a.kml", KML[: len(KML) // 2], "is damaged or cut off at line"),
-        ("a.kml", KML.replace("relativeToGround", "clampToGround"), "altitudeMode absolute or"),
-        ("a.kml", KML.replace(",30", ""), "coordinates longitude,latitude,height"),
+        (
+            "a.kml",
+            KML.replace("relativeToGround", "clampToGround"),
+            "must be an altitudeMode, absolute or",
+        ),
+        ("a.kml", KML.replace(",30", ",-30"), "= -30.0: must be a height over ground, x >= 0"),
+        (
+            "a.kml",
+            KML.replace(",30", ""),
+            "must be a list of coordinates longitude,latitude,height",
+        ),
         ("a.kml", KML.replace("LineString", "LinearRing"), "has no line or points to fly along"),
     ],
 )

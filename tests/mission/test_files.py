@@ -275,7 +275,9 @@ def test_what_is_no_toml_is_told_in_our_words(text: str, words: str) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "line 1, column 1: this is neither a key nor a value"),
+        ("", "it is empty"),
+        ("a", "line 1, column 1: this is neither a key nor a value"),
+        ('{"a": [1,', "line 1, column 10: it ends within a value, as if it were cut off"),
         ("{'a': 1}", "line 1, column 2: a name in double quotes is missing"),
         ('{"a" 1}', "line 1, column 6: a colon is missing"),
         ('{"a": [1 2]}', "line 1, column 10: a comma or a closing bracket is missing"),

@@ -107,7 +107,7 @@ def test_the_picture_has_the_numbers_of_the_text(placed: Any) -> None:
     [
         ("{", "is not JSON"),
         ("[1]", "needs a FeatureCollection"),
-        ('{"type": "FeatureCollection", "features": []}', "needs a FeatureCollection"),
+        ('{"type": "FeatureCollection", "features": []}', "features = an empty list: needs a Po"),
         ('{"features": [{"geometry": {"type": "Point", "coordinates": [200, 5]}}]}', r"\[200, 5\]"),
         ('{"features": [{"geometry": {"type": "Point", "coordinates": 5}}]}', "a Point"),
         (
