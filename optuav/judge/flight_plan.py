@@ -32,6 +32,7 @@ SAME_PLACE_m = 2.0  # horizontal distance of places that are meant to be one
 ROOFS = 3  # nearest roofs that are tried from a place
 CHARGING = ("charge_current_A", "charge_power_W")  # keys of [flight] that a laser goes with
 MILLIMETRE = 3  # decimals of places [m]
+ROUNDING_m = 0.01  # distance of a place from a roof that rounded degrees may make
 DIGITS = 9  # decimals of heights [m], as a plan states them
 
 
@@ -174,7 +175,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
             raise InputError([Fault(each.item, shown(found), words, label(file))])
         return found
 
-    goals = [*_goals(flight, home, point_m, drone, file)]
+    goals = [*_on_roofs([*_goals(flight, home, point_m, drone, file)])]
     mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
     cruises = isinstance(mission.flight_model, CruisingModel)
     if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
@@ -224,6 +225,15 @@ def _goals(
             yield Goal(each.item, (*at_m[:2], here[2]), speed_m_s=each.speed_m_s)
         yield Goal(each.item, at_m, building, each.stay_s, each.speed_m_s)
         here = at_m
+
+
+def _on_roofs(goals: Sequence[Goal]) -> Iterator[Goal]:
+    """The places of a flight; those at which it also rests are on that building."""
+    rests = [goal for goal in goals if goal.building]
+    for goal in goals:
+        near = (rest for rest in rests if math.dist(rest.at_m, goal.at_m) <= ROUNDING_m)
+        roof = goal if goal.stay_s else next(near, goal)
+        yield goal._replace(at_m=roof.at_m, building=roof.building)
 
 
 def _moves(goals: Sequence[Goal], home: Point, mission: Mission) -> Iterator[tuple[str, Move]]:

@@ -426,3 +426,18 @@ def _small(folder: Path) -> str:
         'schema = 1\nextends = "relay-today"\nbattery.capacity_As = 900\nbattery.packs = 1\n'
     )
     return str(file)
+
+
+def test_a_rest_in_kml_is_charged_on_its_roof(tmp_path: Path) -> None:
+    """A laser below a roof lights it: the building that it stands on is in nobody's way."""
+    mission = optuav.load("relay-today").replace(
+        {f"earth.{k}": v for k, v in zip(("latitude_deg", "longitude_deg"), HOME, strict=False)}
+    )
+    planned = optuav.solve(mission)
+    verdict, _ = judged(planned.export(tmp_path / "a.kml")[0], mission)
+    assert verdict.replay is not None
+    (rest,) = (phase for phase in verdict.replay.phases if phase.kind == "rest")
+    (stated,) = (phase for phase in planned.phases if phase.kind == "rest")
+    assert rest.start.name == rest.end.name == stated.end_place
+    assert rest.stages[0].net.current_A == pytest.approx(stated.stages[0].current_A)
+    assert verdict.replay.soc["battery"] == pytest.approx((planned.soc or {})["battery"], abs=1e-4)
