@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import islice
-from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,8 +16,9 @@ from optuav.fields import Range
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_files
-from optuav.mission.messages import misfits, path_of, plural
+from optuav.mission.messages import misfits, path_of
 from optuav.network.map_extent import scene
+from optuav.plan.climbs import climbs, flight_charges, short, taken_off_with
 from optuav.plan.data import PlanData
 
 MAPS: dict[str, Callable[[PlanOnEarth], str]] = {".kml": shapes.kml, ".geojson": shapes.geojson}
@@ -80,14 +80,16 @@ def exported(
         return Exported({file: MAPS[suffix](course).encode()}, course.notes[1:])
     height_m = CLIMB_M if climb_m is None else climb_m
     flights = [*course.flights]
-    notes = (*course.notes, *climbs(plan.mission, len(flights), height_m))
+    charges = flight_charges(plan.mission, plan.phases, height_m)
+    cost = [*climbs(plan.mission, len(flights), height_m)]
+    notes = (*course.notes, *short(plan.mission, charges, "the plan"), *cost)
     files = dict[Path, bytes]()
-    for number, flight in enumerate(flights, start=1):
+    for number, (flight, charge) in enumerate(zip(flights, charges, strict=True), start=1):
         name = f"{file.stem}-{number}" if len(flights) > 1 else file.stem
         title = f"{course.name}, flight {number} of {len(flights)}: {flight.words}"
         files |= flight_files(
             flight, file.with_name(f"{name}{file.suffix}"), height_m, course.altitude_m,
-            (title, *notes),
+            (title, taken_off_with(charge), *notes),
         )  # fmt: skip
     return Exported(files, notes[1:])
 
@@ -106,27 +108,6 @@ def flight_files(
         return {file: waypoints.plan(flight, climb_m, altitude_m, notes).encode()}
     text = waypoints.waypoints(flight, climb_m, altitude_m)
     return {file: text.encode(), file.with_suffix(".txt"): ("\n".join(notes) + "\n").encode()}
-
-
-def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
-    """Yield what climbs and descents cost beside the plan, and a height that PX4 refuses."""
-    legs = [mission.flight_model.leg((0.0, 0.0, height_m)) for height_m in (climb_m, -climb_m)]
-    time_s, charge_As = (
-        flights * float(sum(figures))
-        for figures in zip(*((leg.duration_s, leg.charge_As) for leg in legs), strict=True)
-    )
-    if isfinite(time_s + charge_As):
-        share = charge_As / float(mission.pool.capacity_As)
-        yield (
-            f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
-            f"after its last one. The plan does not count that: {time_s:.1f} s and {share:.2%} of "
-            f"the battery in {plural(flights, 'flight')}."
-        )
-    if climb_m < waypoints.LEAST_CLIMB_M:
-        yield (
-            f"PX4 refuses a take-off to less than {waypoints.LEAST_CLIMB_M:g} m, unless its "
-            "parameter NAV_ACC_RAD is below 10 m."
-        )
 
 
 def course_of(plan: PlanData) -> PlanOnEarth:

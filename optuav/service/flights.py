@@ -13,15 +13,23 @@ from optuav.errors import Fault, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
 from optuav.mission.files import refusal, refusals, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
+from optuav.plan.climbs import (
+    FlightCharge,
+    climbs,
+    flight_charges,
+    short,
+    taken_off_with,
+    vertical_times_s,
+)
 from optuav.plan.export import (
     CLIMB,
     CLIMB_M,
     MISSIONS,
-    climbs,
     course_of,
     flight_files,
     with_heights_told,
 )
+from optuav.presentation.numbers import percent
 from optuav.service.event_roster import EventRoster, visits_of
 from optuav.studies.results import as_csv
 
@@ -44,6 +52,13 @@ class Clock(NamedTuple):
         return {name: at.isoformat(timespec="seconds") for name, at in self._asdict().items()}
 
 
+class PilotFiles(NamedTuple):
+    """The files that were written, and what is to be told about them."""
+
+    paths: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
 class PilotFlight(NamedTuple):
     """One visit of a drone to the hover point, in clock times."""
 
@@ -51,7 +66,7 @@ class PilotFlight(NamedTuple):
     visit: int
     flight: Flight
     clock: Clock
-    battery_left: float  # At the landing, of the capacity
+    charge: FlightCharge  # With the climbs
 
     @property
     def name(self) -> str:
@@ -61,7 +76,7 @@ class PilotFlight(NamedTuple):
 
 def save_flights(
     event: EventRoster, directory: str | Path, start: str | datetime, climb_m: float | None = None
-) -> tuple[Path, ...]:
+) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
     folder, faults = path_of(directory, "directory"), list[Fault]()
     if climb_m is not None:
@@ -73,21 +88,23 @@ def save_flights(
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
-    files, flights = dict[Path, bytes](), list[PilotFlight]()
+    files, flights, told = dict[Path, bytes](), list[PilotFlight](), list[str]()
+    cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
-        course, visits = _of_drone(event, drone, begin)
-        course = course._replace(notes=(*course.notes, verdict))
+        course, visits, warnings = _of_drone(event, drone, begin, height_m)
+        told += warnings
+        course = course._replace(notes=(*course.notes, verdict, *warnings))
         files[folder / f"drone-{drone}.kml"] = shapes.kml(course).encode()
         files[folder / f"drone-{drone}.geojson"] = shapes.geojson(
             with_heights_told(course)
         ).encode()
-        notes = *course.notes, *climbs(event.plans[0].mission, 1, height_m)
+        notes = *course.notes, *cost
         for each in visits:
             title = f"{course.name}, drone {drone} of {event.drones}, visit {each.visit} of "
             title += f"{len(visits)}: {each.flight.words}"
             for suffix in MISSIONS:
                 file = folder / f"{each.name}{suffix}"
-                said = (title, _in_words(each), *notes)
+                said = (title, _in_words(each), taken_off_with(each.charge), *notes)
                 files |= flight_files(each.flight, file, height_m, course.altitude_m, said)
         flights += visits
     flights.sort(key=lambda each: each.clock.take_off)
@@ -104,7 +121,7 @@ def save_flights(
     write_files(files)
     from optuav.plots import save_figures
 
-    return (*files, *save_figures(pictures, folder))
+    return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
 
 
 def _moment(start: object) -> datetime | None:
@@ -119,32 +136,37 @@ def _moment(start: object) -> datetime | None:
 
 
 def _of_drone(
-    event: EventRoster, drone: int, begin: datetime
-) -> tuple[PlanOnEarth, list[PilotFlight]]:
-    """The course of a drone, and its flights."""
-    steps, clocks, left, back_s = list[Step](), list[Clock](), list[float](), -inf
+    event: EventRoster, drone: int, begin: datetime, climb_m: float
+) -> tuple[PlanOnEarth, list[PilotFlight], list[str]]:
+    """The course of a drone, its flights, and why these cannot be flown with their climbs."""
+    steps, clocks, charges, back_s = list[Step](), list[Clock](), list[FlightCharge](), -inf
+    warnings, (up_s, down_s) = list[str](), vertical_times_s(event.mission, climb_m)
     for _, offset_s, plan in (course for course in event.courses if course.drone == drone):
         course, visits = course_of(plan), [*visits_of(plan.phases)]
         if steps:  # Its pack was exchanged
             rest = Step("rest", event.building, (course.start,), offset_s - back_s, 0.0)
             steps.append(rest)
         for out, hover, *_, back in visits:
-            moments_s = out.start_s, hover.start_s, hover.end_s, back.end_s
+            moments_s = out.start_s - up_s, hover.start_s, hover.end_s, back.end_s + down_s
             clocks.append(Clock(*(_later(begin, offset_s + at_s) for at_s in moments_s)))
-            left.append(
-                sum((*back.available_As, *back.bound_As)) / float(plan.mission.pool.capacity_As)
-            )
+        found = flight_charges(plan.mission, plan.phases, climb_m, on_time=True)
+        warnings += short(plan.mission, found, f"drone {drone}")
+        charges += found
         back_s = offset_s + plan.phases[-1].end_s
         steps += (
             step._replace(place=event.building) if step.place in ROUTE_ENDS else step
             for step in course.steps
         )
     course = course._replace(steps=tuple(steps), start_place=event.building)
-    rows = zip(course.flights, clocks, left, strict=True)
-    return course, [
-        PilotFlight(drone, number, flight, clock, battery_left)
-        for number, (flight, clock, battery_left) in enumerate(rows, start=1)
-    ]
+    rows = zip(course.flights, clocks, charges, strict=True)
+    return (
+        course,
+        [
+            PilotFlight(drone, number, flight, clock, charge)
+            for number, (flight, clock, charge) in enumerate(rows, start=1)
+        ],
+        [*dict.fromkeys(warnings)],
+    )
 
 
 def _later(begin: datetime, passed_s: float) -> datetime:
@@ -166,7 +188,8 @@ def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
         **flight.clock.stated(),
         "roof": event.building,
         "place": _place(event, flight),
-        "battery_left_percent": round(100.0 * flight.battery_left, 1),
+        "battery_at_take_off_percent": round(100.0 * flight.charge.at_take_off, 1),
+        "battery_left_percent": round(100.0 * flight.charge.at_landing, 1),
         "files": flight.name,
     }
 
@@ -174,7 +197,7 @@ def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
 def _in_words(flight: PilotFlight) -> str:
     """The moments of a flight, and the charge at its landing."""
     stated = (f"{name.replace('_', ' ')} {at}" for name, at in flight.clock.stated().items())
-    return f"{', '.join(stated)}; {flight.battery_left:.1%} of the battery left."
+    return f"{', '.join(stated)}; {percent(flight.charge.at_landing)} of the battery left."
 
 
 def _calendar(event: EventRoster, flights: Sequence[PilotFlight]) -> str:

@@ -186,7 +186,7 @@ def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
     charge_As = 4 * once_s * flight.flight_current_A
     share = charge_As / (plan.mission.battery.capacity_As * plan.mission.battery.packs)
     for path in plan.export(tmp_path / "a.plan"):
-        words = json.loads(path.read_text())["notes"][2]
+        words = json.loads(path.read_text())["notes"][-1]
         assert f"{4 * once_s:.1f} s and {share:.2%} of the battery in 2 flights" in words
 
 
@@ -322,3 +322,21 @@ def test_the_command_writes_what_the_library_writes(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.glob("d*")] == ["d-1.waypoints"]
     assert run(*asked, "--climb-m", "30", "--force").code == 0
     assert "0 < x <= 1000" in refused(*asked, "--climb-m", "-3")
+
+
+@pytest.mark.parametrize("climb_m", [12.0, 300.0])
+def test_a_flight_lands_as_exported_with_what_the_audit_finds(
+    climb_m: float, tmp_path: Path
+) -> None:
+    """The judge reads the file and knows nothing of the plan; what is below the reserve is told."""
+    mission = optuav.load("relay-today").replace(BERLIN)
+    plan = optuav.solve(mission, "P3")
+    (file,) = plan.export(tmp_path / "a.plan", climb_m=climb_m)
+    replayed = optuav.audit(file, mission).replay
+    assert replayed is not None
+    words = json.loads(file.read_text())["notes"]
+    left = f"{100.0 * replayed.soc['battery']:.2f}".rstrip("0")
+    assert any(
+        f"the plan lands with {left} % of the battery; the reserve is 20" in w for w in words
+    )
+    assert "Take off with at least 100 % of the battery." in words
