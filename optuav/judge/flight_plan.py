@@ -256,14 +256,14 @@ def _moves(goals: Sequence[Goal], home: Point, mission: Mission) -> Iterator[tup
 
 
 def _speeds(model: FlightModel, way_m: Point, stated_m_s: float) -> tuple[float, ...]:
-    """The level speed of a leg whose speed along its way is stated, as far as it gets there [m/s].
+    """The level speed of a leg whose level speed is stated, as far as it gets there [m/s].
 
     None of a leg without a stated speed, straight up or down, or in a model with its own speeds.
     """
     level = math.hypot(*way_m[:2]) / math.hypot(*way_m)
     if not (isinstance(model, CruisingModel) and level > 0.0 and math.isfinite(stated_m_s)):
         return ()
-    leg = model.leg_at(way_m, level * stated_m_s)
+    leg = model.leg_at(way_m, stated_m_s)
     return (level * float(leg.peak_speed_m_s),)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -13,11 +13,14 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse, require, shown
 from optuav.export import NOT_FLOWN, Flight, PlanOnEarth, Position, Step, shapes, waypoints
 from optuav.fields import Range
+from optuav.flight.model import CruisingModel
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import misfits, path_of
 from optuav.network.map_extent import scene
+from optuav.network.timeline import Phase
+from optuav.physics.quantity import TINY
 from optuav.plan.climbs import climbs, flight_charges, short, taken_off_with
 from optuav.plan.data import PlanData
 
@@ -115,7 +118,9 @@ def course_of(plan: PlanData) -> PlanOnEarth:
     mission, route = plan.mission, plan.route
     names = [*dict.fromkeys(route)]
     bent_m = [at for by in plan.waypoints_m for at in by]
-    points = positions_on_earth(mission, np.array([*scene(mission).positions(names), *bent_m]))
+    positions_m = scene(mission).positions(names)
+    at_m = dict(zip(names, positions_m, strict=True))
+    points = positions_on_earth(mission, np.array([*positions_m, *bent_m]))
     places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
     steps = []
     for phase in plan.phases:
@@ -126,9 +131,24 @@ def course_of(plan: PlanData) -> PlanOnEarth:
             )
             if phase.kind == "flight":
                 way = (places[phase.start_place], *way)
-            steps.append(Step(phase.kind, end, way, phase.duration_s, phase.peak_speed_m_s))
+            speeds_m_s = phase.peak_speed_m_s, level_speed_m_s(mission, phase, at_m)
+            steps.append(Step(phase.kind, end, way, phase.duration_s, *speeds_m_s))
     notes = (NOT_FLOWN, *plan.faults)
     return PlanOnEarth(mission.name, notes, altitude_m_of(mission), tuple(steps), route[0])
+
+
+def level_speed_m_s(mission: Mission, phase: Phase, at_m: Mapping[str, Floats]) -> float:
+    """The largest horizontal speed of a leg where the model cruises, else its largest speed."""
+    model = mission.flight_model
+    if phase.kind != "flight" or phase.edited or not isinstance(model, CruisingModel):
+        return phase.peak_speed_m_s
+    ends_m = at_m[phase.start_place], *phase.waypoints_m, at_m[phase.end_place]
+    if phase.speeds_m_s:
+        return max(phase.speeds_m_s)
+    ways_m = np.diff(np.array(ends_m, dtype=float), axis=0)
+    peaks_m_s = [float(model.leg((x, y, z)).peak_speed_m_s) for x, y, z in ways_m.tolist()]
+    lengths_m = np.maximum(np.linalg.norm(ways_m, axis=1), TINY)
+    return float((peaks_m_s * np.hypot(*ways_m[:, :2].T) / lengths_m).max())
 
 
 def altitude_m_of(mission: Mission) -> float:

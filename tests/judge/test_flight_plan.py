@@ -89,6 +89,9 @@ def test_a_plan_is_flown_leg_by_leg(tmp_path: Path) -> None:
         length_m = math.hypot(level_m, end[2] - begin[2])
         assert phase.distance_m == pytest.approx(length_m, abs=0.01)
     speeds = [phase.peak_speed_m_s for phase in flights]
+    level = [math.dist(p.points_m[0][:2], p.points_m[1][:2])
+             / p.distance_m for p in flights]  # fmt: skip
+    speeds = [speed * share for speed, share in zip(speeds, level, strict=True)]
     assert speeds[1:5] == pytest.approx([5.0, 8.0, 8.0, 8.0], rel=1e-6)
     model = optuav.load("relay-today").flight_model
     leg = model.leg_at((flights[1].distance_m, 0.0, 0.0), 5.0)  # type: ignore[attr-defined]
@@ -441,3 +444,17 @@ def test_a_rest_in_kml_is_charged_on_its_roof(tmp_path: Path) -> None:
     assert rest.start.name == rest.end.name == stated.end_place
     assert rest.stages[0].net.current_A == pytest.approx(stated.stages[0].current_A)
     assert verdict.replay.soc["battery"] == pytest.approx((planned.soc or {})["battery"], abs=1e-4)
+
+
+@pytest.mark.parametrize("model", ["relay-today", "matrice350"])
+@pytest.mark.parametrize("suffix", [".kml", ".plan", ".waypoints"])
+def test_exports_keep_the_speed_limit(model: str, suffix: str, tmp_path: Path) -> None:
+    """The speed that they state is level, as the limit is, also where the legs climb."""
+    at = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 34.0}
+    mission = optuav.load(model).replace({**at, "flight.max_speed_m_s": 7.77})
+    planned = optuav.solve(mission)
+    for file in planned.export(tmp_path / f"a{suffix}", climb_m=None if suffix == ".kml" else 60):
+        if file.suffix == suffix:
+            kinds = {event.kind for event in optuav.audit(file, mission).violations}
+            assert "speed" not in kinds
+            assert suffix != ".kml" or not kinds
