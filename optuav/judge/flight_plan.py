@@ -27,6 +27,7 @@ from optuav.mission.messages import path_of, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
+from optuav.plan.export import altitude_m_of
 
 SAME_PLACE_m = 2.0  # horizontal distance of places that are meant to be one
 ROOFS = 3  # nearest roofs that are tried from a place
@@ -137,7 +138,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     import pyproj
 
     notes, system = [*flight.notes], stated_system(drone)
-    altitude_m = drone.earth.altitude_m if system and drone.earth else None
+    altitude_m = None if system is None else altitude_m_of(drone)
     if system is None:
         if len(drone.buildings.names) or drone.laser is not None:
             words = "the mission has no place on Earth: its buildings and its laser are left out"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -43,6 +43,10 @@ ABOVE_SEA = (
 NO_GEOID = (
     "Without heights: GeoJSON wants them above the ellipsoid, and pyproj has no geoid here "
     f"({GEOIDS[1]}; python -m pyproj sync --file us_nga_egm96 fetches it)."
+)
+NO_ALTITUDE = (
+    "earth.altitude_m is 0, as where it is not stated: altitudes above the sea are those above "
+    "z = 0. State it, unless your ground is at sea level."
 )
 ABOVE_SEA_LEVEL = " altitudes_m is above mean sea level."
 
@@ -133,7 +137,7 @@ def course_of(plan: PlanData) -> PlanOnEarth:
                 way = (places[phase.start_place], *way)
             speeds_m_s = phase.peak_speed_m_s, level_speed_m_s(mission, phase, at_m)
             steps.append(Step(phase.kind, end, way, phase.duration_s, *speeds_m_s))
-    notes = (NOT_FLOWN, *plan.faults)
+    notes = (NOT_FLOWN, *plan.faults, *altitude_told(mission))
     return PlanOnEarth(mission.name, notes, altitude_m_of(mission), tuple(steps), route[0])
 
 
@@ -154,6 +158,12 @@ def level_speed_m_s(mission: Mission, phase: Phase, at_m: Mapping[str, Floats]) 
 def altitude_m_of(mission: Mission) -> float:
     """Altitude of the mission's z = 0 above mean sea level [m]."""
     return mission.earth.altitude_m if mission.earth else 0.0
+
+
+def altitude_told(mission: Mission) -> Iterator[str]:
+    """Yield that z = 0 is at sea level, which it is too where nothing is stated."""
+    if altitude_m_of(mission) == 0.0:
+        yield NO_ALTITUDE
 
 
 def system_on_earth(mission: Mission) -> str:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
+from itertools import pairwise
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from optuav.errors import Fault, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
 from optuav.mission.files import refusal, refusals, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
+from optuav.network import vehicle
 from optuav.plan.climbs import (
     FlightCharge,
     climbs,
@@ -36,6 +40,12 @@ from optuav.studies.results import as_csv
 ROUTE_ENDS = ("origin", "destination")
 PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
 """Place on the roof, by how a battery is charged; every drone has a beam or a pad for itself."""
+AUDITS = (
+    "For an event, limits.deadline_s does not count, and the light goes off where a battery is "
+    'full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper".'
+)
+CLOSE = "WARNING: at some handovers both drones are at one hover point: keep them apart by hand."
+ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
 
@@ -88,12 +98,14 @@ def save_flights(
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
-    files, flights, told = dict[Path, bytes](), list[PilotFlight](), list[str]()
+    told = [*_told(event)]
+    said_by_all = *told, AUDITS
+    files, flights = dict[Path, bytes](), list[PilotFlight]()
     cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
         course, visits, warnings = _of_drone(event, drone, begin, height_m)
         told += warnings
-        course = course._replace(notes=(*course.notes, verdict, *warnings))
+        course = course._replace(notes=(*course.notes, verdict, *warnings, *said_by_all))
         files[folder / f"drone-{drone}.kml"] = shapes.kml(course).encode()
         files[folder / f"drone-{drone}.geojson"] = shapes.geojson(
             with_heights_told(course)
@@ -122,6 +134,25 @@ def save_flights(
     from optuav.plots import save_figures
 
     return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
+
+
+def _told(event: EventRoster) -> Iterator[str]:
+    """Yield how drones may come too near to each other, on their roof and at handovers."""
+    if event.drones > 1:
+        place = PLACES[event.charged_by]
+        yield (
+            f"WARNING: the files of all drones take off and land at one point of {event.building}: "
+            f"move those of each drone to its {place}, as far apart as your drones need."
+        )
+    points = [vehicle.hover_point_m(cycle.mission) for cycle in event.cycles]
+    hovers = sorted(event.rows, key=lambda row: row["start_s"])
+    if any(
+        later["start_s"] <= one["start_s"] + one["hover_s"] + ROUNDING_S
+        and one["drone"] != later["drone"]
+        and np.allclose(points[one["drone"] - 1], points[later["drone"] - 1])
+        for one, later in pairwise(hovers)
+    ):
+        yield CLOSE
 
 
 def _moment(start: object) -> datetime | None:

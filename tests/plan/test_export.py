@@ -340,3 +340,27 @@ def test_a_flight_lands_as_exported_with_what_the_audit_finds(
         f"the plan lands with {left} % of the battery; the reserve is 20" in w for w in words
     )
     assert "Take off with at least 100 % of the battery." in words
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_an_unknown_altitude_is_told(suffix: str, tmp_path: Path) -> None:
+    """An altitude of 0 that nobody stated is 519 m below Munich; another one is right."""
+    unstated = {key: value for key, value in BERLIN.items() if "altitude" not in key}
+    for earth, told in ((unstated, True), ({**unstated, "earth.altitude_m": 1.0}, False)):
+        plan = optuav.solve(optuav.load("paper").replace(earth))
+        for file in plan.export(tmp_path / f"a{suffix}"):
+            words = file.read_text("utf-8")
+            assert ("earth.altitude_m is 0" in words) == (told and file.suffix != ".waypoints")
+
+
+def test_flights_of_a_mission_without_an_altitude_are_read_back(tmp_path: Path) -> None:
+    """The second flight begins on its roof, not inside the building."""
+    crs = "+proj=aeqd +lon_0=13.4 +lat_0=52.5 +datum=WGS84 +units=m +no_defs"
+    mission = optuav.load("relay-today").replace({"crs": crs})
+    plan = optuav.solve(mission)
+    _, second = plan.export(tmp_path / "a.plan")
+    replayed = optuav.audit(second, mission).replay
+    assert replayed is not None
+    assert "building" not in {event.kind for event in replayed.violations}
+    roof_m = plan.mission.buildings.roof_m[plan.mission.buildings.names.index(plan.route[2])]
+    assert replayed.phases[0].start.position_m == pytest.approx(roof_m.tolist(), abs=1e-3)

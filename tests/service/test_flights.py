@@ -238,3 +238,19 @@ def test_a_climb_that_costs_the_reserve_is_told(tmp_path: Path) -> None:
     assert "WARNING: with its climbs, drone 1" in run(*asked, "--climb-m", "900").out
     for file in folder.glob("drone-1*"):
         assert ("WARNING" in file.read_text("utf-8")) == (file.suffix != ".waypoints")
+
+
+def test_files_warn_of_drones_that_meet_and_say_how_to_audit_them(tmp_path: Path) -> None:
+    """One roof and one hover point for all, also after a failure; apart, only the roof is told."""
+    mission = optuav.load("relay-today").replace(BERLIN)
+    cycle = optuav.coverage(mission)
+    apart = cycle.event(2, separation_m=10.0)
+    for name, event, close in (("a", cycle.event(4), True), ("b", apart, False)):
+        files = event.save_flights(tmp_path / name, START)
+        texts = [f.read_text("utf-8") for f in files if f.suffix in (".plan", ".txt", ".kml")]
+        assert all("take off and land at one point" in text for text in texts)
+        assert {"at one hover point" in text for text in texts} == {close}
+    drones = tmp_path / "a" / "drone-1.kml"
+    assert not optuav.audit(drones, mission).flyable
+    stated = mission.replace({"limits.deadline_s": 1e7, "battery.charging": "taper"})
+    assert optuav.audit(drones, stated).flyable
