@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -86,13 +86,14 @@ class FlightPlan(Itinerary):
         """Yield the moves in order."""
         yield from (move for _, move in self.flown)
 
-    def names(self) -> dict[str | Point, str]:
-        """The item that first flies to each point."""
-        first: dict[str | Point, str] = {}
-        for item, move in self.flown:
-            if not isinstance(move.end_place, str):
-                first.setdefault(move.end_place, item)
-        return first
+    def named(self, flown: Sequence[SimulatedPhase]) -> Iterator[SimulatedPhase]:
+        """Yield the phases with points called by the item that flies there, also once more."""
+        here = flown[0].start.name if flown else ""
+        for phase, (item, move) in zip(flown, self.flown, strict=True):
+            start = phase.start._replace(name=here)
+            if move.kind == "flight":
+                here = phase.end.name if isinstance(move.end_place, str) else item
+            yield replace(phase, start=start, end=phase.end._replace(name=here))
 
 
 class Reached(NamedTuple):

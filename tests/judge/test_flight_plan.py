@@ -458,3 +458,12 @@ def test_exports_keep_the_speed_limit(model: str, suffix: str, tmp_path: Path) -
             kinds = {event.kind for event in optuav.audit(file, mission).violations}
             assert "speed" not in kinds
             assert suffix != ".kml" or not kinds
+
+
+def test_a_point_that_is_flown_to_again_has_the_later_item(tmp_path: Path) -> None:
+    """The route counts on, and so do the legs of events."""
+    there, away = (item(16, 0, 0, 0, None, place, 13.4, 40) for place in (52.501, 52.503))
+    verdict, _ = judged(plan(tmp_path, [SQUARE[0], there, away, there, away, SQUARE[-1]]))
+    assert verdict.replay is not None
+    route = ["origin", *(f"item {n}" for n in (1, 2, 3, 4, 5, 6)), "destination"]
+    assert verdict.replay.route == route
