@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from itertools import pairwise
 from math import inf
 from pathlib import Path
@@ -34,7 +34,7 @@ from optuav.plan.export import (
     with_heights_told,
 )
 from optuav.presentation.numbers import percent
-from optuav.service.event_roster import EventRoster, visits_of
+from optuav.service.event_roster import EventRoster, later, visits_of
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
@@ -127,7 +127,7 @@ def save_flights(
     if stale:
         words = f"holds flights of another event: {first_ten(sorted(stale))}"
         raise refusal(folder, f"{words}; name another directory, or delete them")
-    pictures = [*event.pictures()]
+    pictures = [*event.pictures(begin)]
     with refusals(folder, "made"):
         folder.mkdir(parents=True, exist_ok=True)
     write_files(files)
@@ -179,7 +179,7 @@ def _of_drone(
             steps.append(rest)
         for out, hover, *_, back in visits:
             moments_s = out.start_s - up_s, hover.start_s, hover.end_s, back.end_s + down_s
-            clocks.append(Clock(*(_later(begin, offset_s + at_s) for at_s in moments_s)))
+            clocks.append(Clock(*(later(begin, offset_s + at_s) for at_s in moments_s)))
         found = flight_charges(plan.mission, plan.phases, climb_m, on_time=True)
         warnings += short(plan.mission, found, f"drone {drone}")
         charges += found
@@ -198,11 +198,6 @@ def _of_drone(
         ],
         [*dict.fromkeys(warnings)],
     )
-
-
-def _later(begin: datetime, passed_s: float) -> datetime:
-    """A moment to the second, also where clocks are put forward or back in between."""
-    return (begin.astimezone(UTC) + timedelta(seconds=round(passed_s))).astimezone(begin.tzinfo)
 
 
 def _place(event: EventRoster, flight: PilotFlight) -> str:

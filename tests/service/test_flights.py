@@ -92,6 +92,12 @@ def test_clocks_that_are_put_back_keep_the_duration(tmp_path: Path) -> None:
     start = datetime(2027, 10, 31, 2, 30, tzinfo=ZoneInfo("Europe/Berlin"))
     event = optuav.coverage(HERE).event(1)
     event.save_flights(tmp_path, start)
+    ((_, axes),) = event.pictures(start)
+    axes.figure.canvas.draw()
+    ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+    told = {hours: label.get_text() for hours, label in ticks if 0.0 <= hours <= 1.0}
+    assert (told[0.0], told[1.0]) == ("02:30", "02:30")
+    assert axes.get_xlabel() == "clock time, from 2027-10-31 02:30 on"
     last = roster(tmp_path)[-1]
     assert last["leave"].startswith("2027-10-31T02:30:00+01:00")
 
