@@ -185,9 +185,10 @@ def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
     once_s = 2.0 * (12.0 / flight.acceleration_m_s2) ** 0.5
     charge_As = 4 * once_s * flight.flight_current_A
     share = charge_As / (plan.mission.battery.capacity_As * plan.mission.battery.packs)
+    percent = f"{round(100.0 * share, 2):g} %"
     for path in plan.export(tmp_path / "a.plan"):
         words = json.loads(path.read_text())["notes"][-1]
-        assert f"{4 * once_s:.1f} s and {share:.2%} of the battery in 2 flights" in words
+        assert f"{4 * once_s:.1f} s and {percent} of the battery in 2 flights" in words
 
 
 def test_a_low_take_off_is_doubted(tmp_path: Path) -> None:
