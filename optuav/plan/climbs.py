@@ -131,8 +131,8 @@ def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
         share = charge_As / float(mission.pool.capacity_As)
         yield (
             f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
-            f"after its last one. The plan does not count that: {time_s:.1f} s and {percent(share)} "
-            f"of the battery in {plural(flights, 'flight')}."
+            f"after its last one. The plan does not count that: {time_s:.1f} s and "
+            f"{percent(share)} of the battery in {plural(flights, 'flight')}."
         )
     if climb_m < waypoints.LEAST_CLIMB_M:
         yield (
