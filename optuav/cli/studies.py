@@ -206,8 +206,10 @@ def coverage(
             pad_power_W=pad_power_W,
         )
     refuse(faults)
+    notes: tuple[str, ...] = ()
     if flights is not None:
         from optuav.plan.export import system_on_earth
+        from optuav.service.flights import save_flights
 
         system_on_earth(cycle.mission)  # Refused before the work
     results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
@@ -225,11 +227,13 @@ def coverage(
             )
         if flights is not None:
             assert start is not None
-            event.save_flights(flights, start, climb_m=climb_m)
+            notes = save_flights(event, flights, start, climb_m).notes
     figures, turns = dict[str, object](), list[str]()
     if drones is not None and hours is None:
         figures, turns = _turns(cycle, drones, share, overlap_s)
     out.deliver(results, figures, turns, () if flights is None else [flights])
+    for note in notes:
+        say(f"Note  {note}", error=out.as_json)
 
 
 def _goes_with(name: str, value: object, options: Mapping[str, object]) -> Iterator[Fault]:

@@ -25,6 +25,7 @@ class Step(NamedTuple):
     way: tuple[Position, ...]
     duration_s: float
     peak_speed_m_s: float  # 0 in a stay
+    level_speed_m_s: float = 0.0  # The horizontal part of it, which autopilots are told
 
 
 class Flight(NamedTuple):

@@ -44,7 +44,7 @@ def items(flight: Flight, climb_m: float) -> Iterator[Item]:
         if step.kind == "hover":
             yield at(LOITER_TIME, end, stay_s=step.duration_s)
             continue
-        speed_m_s = max(step.peak_speed_m_s, SLOWEST_M_S)
+        speed_m_s = max(step.level_speed_m_s, SLOWEST_M_S)
         yield Item(CHANGE_SPEED, (GROUND_SPEED, speed_m_s, KEEP_THROTTLE))
         yield from (at(WAYPOINT, point) for point in step.way[1:-1])
         yield at(WAYPOINT, end, climb_m * (step is flight.steps[-1]))
@@ -68,7 +68,7 @@ def plan(flight: Flight, climb_m: float, altitude_m: float, notes: Sequence[str]
         listed.append(item)
     longitude_deg, latitude_deg, z_m, _ = flight.start
     home = [latitude_deg, longitude_deg, round(z_m + altitude_m, 6)]
-    fastest_m_s = max(SLOWEST_M_S, *(step.peak_speed_m_s for step in flight.steps))
+    fastest_m_s = max(SLOWEST_M_S, *(step.level_speed_m_s for step in flight.steps))
     document = {
         "fileType": "Plan",
         "version": 1,

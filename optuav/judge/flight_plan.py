@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,11 +27,13 @@ from optuav.mission.messages import path_of, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
+from optuav.plan.export import altitude_m_of
 
 SAME_PLACE_m = 2.0  # horizontal distance of places that are meant to be one
 ROOFS = 3  # nearest roofs that are tried from a place
 CHARGING = ("charge_current_A", "charge_power_W")  # keys of [flight] that a laser goes with
 MILLIMETRE = 3  # decimals of places [m]
+ROUNDING_m = 0.01  # distance of a place from a roof that rounded degrees may make
 DIGITS = 9  # decimals of heights [m], as a plan states them
 
 
@@ -84,13 +86,14 @@ class FlightPlan(Itinerary):
         """Yield the moves in order."""
         yield from (move for _, move in self.flown)
 
-    def names(self) -> dict[str | Point, str]:
-        """The item that first flies to each point."""
-        first: dict[str | Point, str] = {}
-        for item, move in self.flown:
-            if not isinstance(move.end_place, str):
-                first.setdefault(move.end_place, item)
-        return first
+    def named(self, flown: Sequence[SimulatedPhase]) -> Iterator[SimulatedPhase]:
+        """Yield the phases with points called by the item that flies there, also once more."""
+        here = flown[0].start.name if flown else ""
+        for phase, (item, move) in zip(flown, self.flown, strict=True):
+            start = phase.start._replace(name=here)
+            if move.kind == "flight":
+                here = phase.end.name if isinstance(move.end_place, str) else item
+            yield replace(phase, start=start, end=phase.end._replace(name=here))
 
 
 class Reached(NamedTuple):
@@ -136,7 +139,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     import pyproj
 
     notes, system = [*flight.notes], stated_system(drone)
-    altitude_m = drone.earth.altitude_m if system and drone.earth else None
+    altitude_m = None if system is None else altitude_m_of(drone)
     if system is None:
         if len(drone.buildings.names) or drone.laser is not None:
             words = "the mission has no place on Earth: its buildings and its laser are left out"
@@ -174,7 +177,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
             raise InputError([Fault(each.item, shown(found), words, label(file))])
         return found
 
-    goals = [*_goals(flight, home, point_m, drone, file)]
+    goals = [*_on_roofs([*_goals(flight, home, point_m, drone, file)])]
     mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
     cruises = isinstance(mission.flight_model, CruisingModel)
     if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
@@ -226,6 +229,15 @@ def _goals(
         here = at_m
 
 
+def _on_roofs(goals: Sequence[Goal]) -> Iterator[Goal]:
+    """The places of a flight; those at which it also rests are on that building."""
+    rests = [goal for goal in goals if goal.building]
+    for goal in goals:
+        near = (rest for rest in rests if math.dist(rest.at_m, goal.at_m) <= ROUNDING_m)
+        roof = goal if goal.stay_s else next(near, goal)
+        yield goal._replace(at_m=roof.at_m, building=roof.building)
+
+
 def _moves(goals: Sequence[Goal], home: Point, mission: Mission) -> Iterator[tuple[str, Move]]:
     """Flights from each place to the next, and stays; the last place is the destination."""
     model, here, here_m = mission.flight_model, "origin", home
@@ -246,14 +258,14 @@ def _moves(goals: Sequence[Goal], home: Point, mission: Mission) -> Iterator[tup
 
 
 def _speeds(model: FlightModel, way_m: Point, stated_m_s: float) -> tuple[float, ...]:
-    """The level speed of a leg whose speed along its way is stated, as far as it gets there [m/s].
+    """The level speed of a leg whose level speed is stated, as far as it gets there [m/s].
 
     None of a leg without a stated speed, straight up or down, or in a model with its own speeds.
     """
     level = math.hypot(*way_m[:2]) / math.hypot(*way_m)
     if not (isinstance(model, CruisingModel) and level > 0.0 and math.isfinite(stated_m_s)):
         return ()
-    leg = model.leg_at(way_m, level * stated_m_s)
+    leg = model.leg_at(way_m, stated_m_s)
     return (level * float(leg.peak_speed_m_s),)
 
 

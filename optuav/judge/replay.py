@@ -251,8 +251,6 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
         refuse_contradictions(plan, data, source)
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
-    names = {} if isinstance(plan, Plan) else plan.names()
-    at = {key: place._replace(name=names.get(key, place.name)) for key, place in at.items()}
     events = list[FlightEvent]()
     if why := mission.flight_model.impossible():
         events.append(FlightEvent("impossible", 0.0, f"the UAV cannot fly: {why}"))
@@ -260,6 +258,8 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
         words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
         events.append(FlightEvent("impossible", 0.0, words))
     flown = () if events else phases(mission, at, planned)
+    if isinstance(plan, FlightPlan) and flown:
+        flown = tuple(plan.named(flown))
     for leg in (phase for phase in flown if math.isnan(phase.duration_s)):
         words = f"the leg {leg.start.name} → {leg.end.name} cannot be flown in this wind"
         events.append(FlightEvent("impossible", 0.0, words))

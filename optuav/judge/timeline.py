@@ -86,10 +86,6 @@ class Itinerary:
         if here != "destination":
             yield Move("flight", here, "destination")
 
-    def names(self) -> dict[str | Point, str]:
-        """Names of points, if they have some."""
-        return {}
-
 
 def _stated(stop: Stop) -> dict[str, Any]:
     """The keys of a stop with their values."""

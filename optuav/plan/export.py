@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
-from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,11 +13,15 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse, require, shown
 from optuav.export import NOT_FLOWN, Flight, PlanOnEarth, Position, Step, shapes, waypoints
 from optuav.fields import Range
+from optuav.flight.model import CruisingModel
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_files
-from optuav.mission.messages import misfits, path_of, plural
+from optuav.mission.messages import misfits, path_of
 from optuav.network.map_extent import scene
+from optuav.network.timeline import Phase
+from optuav.physics.quantity import TINY
+from optuav.plan.climbs import climbs, flight_charges, short, taken_off_with
 from optuav.plan.data import PlanData
 
 MAPS: dict[str, Callable[[PlanOnEarth], str]] = {".kml": shapes.kml, ".geojson": shapes.geojson}
@@ -40,6 +43,10 @@ ABOVE_SEA = (
 NO_GEOID = (
     "Without heights: GeoJSON wants them above the ellipsoid, and pyproj has no geoid here "
     f"({GEOIDS[1]}; python -m pyproj sync --file us_nga_egm96 fetches it)."
+)
+NO_ALTITUDE = (
+    "earth.altitude_m is 0, as where it is not stated: altitudes above the sea are those above "
+    "z = 0. State it, unless your ground is at sea level."
 )
 ABOVE_SEA_LEVEL = " altitudes_m is above mean sea level."
 
@@ -80,14 +87,16 @@ def exported(
         return Exported({file: MAPS[suffix](course).encode()}, course.notes[1:])
     height_m = CLIMB_M if climb_m is None else climb_m
     flights = [*course.flights]
-    notes = (*course.notes, *climbs(plan.mission, len(flights), height_m))
+    charges = flight_charges(plan.mission, plan.phases, height_m)
+    cost = [*climbs(plan.mission, len(flights), height_m)]
+    notes = (*course.notes, *short(plan.mission, charges, "the plan"), *cost)
     files = dict[Path, bytes]()
-    for number, flight in enumerate(flights, start=1):
+    for number, (flight, charge) in enumerate(zip(flights, charges, strict=True), start=1):
         name = f"{file.stem}-{number}" if len(flights) > 1 else file.stem
         title = f"{course.name}, flight {number} of {len(flights)}: {flight.words}"
         files |= flight_files(
             flight, file.with_name(f"{name}{file.suffix}"), height_m, course.altitude_m,
-            (title, *notes),
+            (title, taken_off_with(charge), *notes),
         )  # fmt: skip
     return Exported(files, notes[1:])
 
@@ -108,33 +117,14 @@ def flight_files(
     return {file: text.encode(), file.with_suffix(".txt"): ("\n".join(notes) + "\n").encode()}
 
 
-def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
-    """Yield what climbs and descents cost beside the plan, and a height that PX4 refuses."""
-    legs = [mission.flight_model.leg((0.0, 0.0, height_m)) for height_m in (climb_m, -climb_m)]
-    time_s, charge_As = (
-        flights * float(sum(figures))
-        for figures in zip(*((leg.duration_s, leg.charge_As) for leg in legs), strict=True)
-    )
-    if isfinite(time_s + charge_As):
-        share = charge_As / float(mission.pool.capacity_As)
-        yield (
-            f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
-            f"after its last one. The plan does not count that: {time_s:.1f} s and {share:.2%} of "
-            f"the battery in {plural(flights, 'flight')}."
-        )
-    if climb_m < waypoints.LEAST_CLIMB_M:
-        yield (
-            f"PX4 refuses a take-off to less than {waypoints.LEAST_CLIMB_M:g} m, unless its "
-            "parameter NAV_ACC_RAD is below 10 m."
-        )
-
-
 def course_of(plan: PlanData) -> PlanOnEarth:
     """The places and waypoints of a plan on Earth, in its order, without hovers of no length."""
     mission, route = plan.mission, plan.route
     names = [*dict.fromkeys(route)]
     bent_m = [at for by in plan.waypoints_m for at in by]
-    points = positions_on_earth(mission, np.array([*scene(mission).positions(names), *bent_m]))
+    positions_m = scene(mission).positions(names)
+    at_m = dict(zip(names, positions_m, strict=True))
+    points = positions_on_earth(mission, np.array([*positions_m, *bent_m]))
     places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
     steps = []
     for phase in plan.phases:
@@ -145,14 +135,35 @@ def course_of(plan: PlanData) -> PlanOnEarth:
             )
             if phase.kind == "flight":
                 way = (places[phase.start_place], *way)
-            steps.append(Step(phase.kind, end, way, phase.duration_s, phase.peak_speed_m_s))
-    notes = (NOT_FLOWN, *plan.faults)
+            speeds_m_s = phase.peak_speed_m_s, level_speed_m_s(mission, phase, at_m)
+            steps.append(Step(phase.kind, end, way, phase.duration_s, *speeds_m_s))
+    notes = (NOT_FLOWN, *plan.faults, *altitude_told(mission))
     return PlanOnEarth(mission.name, notes, altitude_m_of(mission), tuple(steps), route[0])
+
+
+def level_speed_m_s(mission: Mission, phase: Phase, at_m: Mapping[str, Floats]) -> float:
+    """The largest horizontal speed of a leg where the model cruises, else its largest speed."""
+    model = mission.flight_model
+    if phase.kind != "flight" or phase.edited or not isinstance(model, CruisingModel):
+        return phase.peak_speed_m_s
+    ends_m = at_m[phase.start_place], *phase.waypoints_m, at_m[phase.end_place]
+    if phase.speeds_m_s:
+        return max(phase.speeds_m_s)
+    ways_m = np.diff(np.array(ends_m, dtype=float), axis=0)
+    peaks_m_s = [float(model.leg((x, y, z)).peak_speed_m_s) for x, y, z in ways_m.tolist()]
+    lengths_m = np.maximum(np.linalg.norm(ways_m, axis=1), TINY)
+    return float((peaks_m_s * np.hypot(*ways_m[:, :2].T) / lengths_m).max())
 
 
 def altitude_m_of(mission: Mission) -> float:
     """Altitude of the mission's z = 0 above mean sea level [m]."""
     return mission.earth.altitude_m if mission.earth else 0.0
+
+
+def altitude_told(mission: Mission) -> Iterator[str]:
+    """Yield that z = 0 is at sea level, which it is too where nothing is stated."""
+    if altitude_m_of(mission) == 0.0:
+        yield NO_ALTITUDE
 
 
 def system_on_earth(mission: Mission) -> str:

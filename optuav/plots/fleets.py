@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from datetime import datetime
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from optuav.looks import PHASES
 from optuav.mission.messages import several
@@ -15,6 +17,7 @@ from optuav.plots import style
 
 ROUNDS = 2.0  # Turns of the first drone that are drawn
 COVERS = "on station"
+DAY_S = 86_400.0
 
 
 class Turn(NamedTuple):
@@ -78,9 +81,16 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
 
 @style.applied()
 def courses_drawn(
-    courses: Sequence[Sequence[Turn]], end_s: float, title: str, ax: Axes | None = None
+    courses: Sequence[Sequence[Turn]],
+    end_s: float,
+    title: str,
+    ax: Axes | None = None,
+    clock: Callable[[float], datetime] | None = None,
 ) -> Axes:
-    """Draw a bar per drone with its turns until an end [s], and below when one is on station."""
+    """Draw a bar per drone with its turns until an end [s], and below when one is on station.
+
+    Times are hours, or clock times where the clock tells the moment after so many seconds.
+    """
     ax = ax or style.page(1.6 + 0.28 * len(courses)).subplots()
     waits = any(turn.wait_s > 0.0 for course in courses for turn in course)
     kinds = {"fly": "flight", "hover": "hover", "rest": "rest"} | ({"wait": None} if waits else {})
@@ -105,6 +115,11 @@ def courses_drawn(
     ax.set_yticks([*range(len(courses)), len(courses) + 0.5], [*names, COVERS])
     ax.invert_yaxis()
     ax.set(xlabel="time [h]", xlim=(0.0, end_s / 3600.0))
+    if clock is not None:
+        day = "%a " * (end_s > DAY_S)
+        ax.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5], nbins=8))
+        ax.xaxis.set_major_formatter(lambda h, _: clock(3600.0 * h).strftime(f"{day}%H:%M"))
+        ax.set_xlabel(f"clock time, from {clock(0.0):%Y-%m-%d %H:%M} on")
     ax.set_title(title, pad=style.LEGEND_PT)
     handles = [Patch(color=colour, label=words) for words, colour in colours.items()]
     style.legend_above(ax, len(handles), handles)

@@ -111,8 +111,9 @@ class Event(EventRoster):
             The files that were written: per drone and visit ``drone-1-visit-2.plan`` and
             ``.waypoints`` with its notes in ``.txt``; per drone ``.kml`` and ``.geojson``;
             ``roster.csv`` and the calendar ``roster.ics`` with take-off, arrival on station,
-            departure and landing in clock times, the roof, the drone's pad, beam or bay, and the
-            battery left; and ``event.png``. They carry the judge's verdict.
+            departure and landing in clock times, with climb and descent; the roof, the drone's
+            pad, beam or bay, and the battery at take-off and left; and ``event.png``. They carry
+            the judge's verdict, and a warning where climbs leave less than the reserve.
 
         Raises
         ------
@@ -130,7 +131,7 @@ class Event(EventRoster):
         >>> [file.name for file in files if file.suffix == ".plan"]
         ['drone-1-visit-1.plan', 'drone-2-visit-1.plan']
         """
-        return save_flights(self, directory, start, climb_m)
+        return save_flights(self, directory, start, climb_m).paths
 
 
 def event_of(

@@ -6,6 +6,8 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import Literal, NamedTuple, TypedDict, TypeVar
 
 from optuav.errors import printable
@@ -135,14 +137,15 @@ class EventRoster(Result):
                 words += f", next drone {_step_in_words(self.separation_m)}"
             yield "Handover", words
 
-    def pictures(self) -> Pictures:
-        """Yield a bar per drone, and below when one is on station."""
+    def pictures(self, begin: datetime | None = None) -> Pictures:
+        """Yield a bar per drone, and below when one is on station; in clock times from a begin."""
         from optuav.plots.fleets import Turn, courses_drawn
 
         out, _, back, *_ = self.plans[0].phases
         flight_s = out.duration_s + back.duration_s
         turns = [
-            Turn(row["start_s"], flight_s, row["hover_s"], row["rest_s"], 0.0) for row in self.rows
+            Turn(row["start_s"] - 0.5 * flight_s, flight_s, row["hover_s"], row["rest_s"], 0.0)
+            for row in self.rows
         ]
         end_s = turns[-1].offset_s + turns[-1].round_s
         words = f"{self.hours:g} h without a gap, {plural(self.drones, 'drone')}"
@@ -151,7 +154,8 @@ class EventRoster(Result):
             [turn for turn, row in zip(turns, self.rows, strict=True) if row["drone"] == number]
             for number in range(1, self.drones + 1)
         ]
-        yield "event.png", courses_drawn(courses, end_s, title)
+        clock = None if begin is None else partial(later, begin)
+        yield "event.png", courses_drawn(courses, end_s, title, clock=clock)
 
 
 def courses_of(
@@ -180,6 +184,11 @@ def visits_of(phases: Sequence[Phase]) -> Iterator[list[Phase]]:
     for flies, visit in itertools.groupby(phases, key=lambda phase: phase.kind != "rest"):
         if flies:
             yield [*visit]
+
+
+def later(begin: datetime, passed_s: float) -> datetime:
+    """A moment to the second, also where clocks are put forward or back in between."""
+    return (begin.astimezone(UTC) + timedelta(seconds=round(passed_s))).astimezone(begin.tzinfo)
 
 
 def judged(event: Some) -> Some:

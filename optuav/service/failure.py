@@ -52,6 +52,9 @@ class Failure(Result):
     ----------
     drone, at_s
         Which one fails, and when [s].
+    gaps_s
+        When nobody hovers if the others keep to the roster (begin, end) [s], counted from the
+        start of the event.
     gap_s, gap_from_s
         How long nobody hovers if the others keep to the roster, all gaps together, and when the
         first gap begins [s].
@@ -75,6 +78,7 @@ class Failure(Result):
     rows: tuple[Cover, ...]
     drone: int
     at_s: float
+    gaps_s: tuple[tuple[float, float], ...]
     gap_s: float
     gap_from_s: float | None
     new_gap_s: float | None
@@ -88,6 +92,9 @@ class Failure(Result):
         gap = "none"
         if self.gap_from_s is not None:
             gap = f"{self.gap_s:.2f} s, from {self.gap_from_s:.2f} s on"
+        if len(self.gaps_s) > 1:
+            each = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in self.gaps_s)
+            gap = f"{self.gap_s:.2f} s in {len(self.gaps_s)} gaps, {each}"
         words = [] if self.reason is None else [self.reason]
         if self.roster is not None:
             words[:0] = [f"a gap of {self.new_gap_s:.2f} s with {plural(len(self.rows), 'drone')}"]
@@ -182,6 +189,7 @@ def failure_of(event: EventRoster, drone: int, at_s: float) -> Failure:
         rows=tuple(_cover(event, duty, at_s) for duty in duties),
         drone=drone,
         at_s=at_s,
+        gaps_s=tuple(gaps),
         gap_s=sum(end_s - begin_s for begin_s, end_s in gaps),
         gap_from_s=gaps[0][0] if gaps else None,
         new_gap_s=gap_s,

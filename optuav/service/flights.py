@@ -3,31 +3,49 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from datetime import UTC, datetime, timedelta
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from itertools import pairwise
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from optuav.errors import Fault, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
 from optuav.mission.files import refusal, refusals, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
+from optuav.network import vehicle
+from optuav.plan.climbs import (
+    FlightCharge,
+    climbs,
+    flight_charges,
+    short,
+    taken_off_with,
+    vertical_times_s,
+)
 from optuav.plan.export import (
     CLIMB,
     CLIMB_M,
     MISSIONS,
-    climbs,
     course_of,
     flight_files,
     with_heights_told,
 )
-from optuav.service.event_roster import EventRoster, visits_of
+from optuav.presentation.numbers import percent
+from optuav.service.event_roster import EventRoster, later, visits_of
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
 PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
 """Place on the roof, by how a battery is charged; every drone has a beam or a pad for itself."""
+AUDITS = (
+    "For an event, limits.deadline_s does not count, and the light goes off where a battery is "
+    'full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper".'
+)
+CLOSE = "WARNING: at some handovers both drones are at one hover point: keep them apart by hand."
+ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
 
@@ -44,6 +62,13 @@ class Clock(NamedTuple):
         return {name: at.isoformat(timespec="seconds") for name, at in self._asdict().items()}
 
 
+class PilotFiles(NamedTuple):
+    """The files that were written, and what is to be told about them."""
+
+    paths: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
 class PilotFlight(NamedTuple):
     """One visit of a drone to the hover point, in clock times."""
 
@@ -51,7 +76,7 @@ class PilotFlight(NamedTuple):
     visit: int
     flight: Flight
     clock: Clock
-    battery_left: float  # At the landing, of the capacity
+    charge: FlightCharge  # With the climbs
 
     @property
     def name(self) -> str:
@@ -61,7 +86,7 @@ class PilotFlight(NamedTuple):
 
 def save_flights(
     event: EventRoster, directory: str | Path, start: str | datetime, climb_m: float | None = None
-) -> tuple[Path, ...]:
+) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
     folder, faults = path_of(directory, "directory"), list[Fault]()
     if climb_m is not None:
@@ -73,21 +98,25 @@ def save_flights(
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
+    told = [*_told(event)]
+    said_by_all = *told, AUDITS
     files, flights = dict[Path, bytes](), list[PilotFlight]()
+    cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
-        course, visits = _of_drone(event, drone, begin)
-        course = course._replace(notes=(*course.notes, verdict))
+        course, visits, warnings = _of_drone(event, drone, begin, height_m)
+        told += warnings
+        course = course._replace(notes=(*course.notes, verdict, *warnings, *said_by_all))
         files[folder / f"drone-{drone}.kml"] = shapes.kml(course).encode()
         files[folder / f"drone-{drone}.geojson"] = shapes.geojson(
             with_heights_told(course)
         ).encode()
-        notes = *course.notes, *climbs(event.plans[0].mission, 1, height_m)
+        notes = *course.notes, *cost
         for each in visits:
             title = f"{course.name}, drone {drone} of {event.drones}, visit {each.visit} of "
             title += f"{len(visits)}: {each.flight.words}"
             for suffix in MISSIONS:
                 file = folder / f"{each.name}{suffix}"
-                said = (title, _in_words(each), *notes)
+                said = (title, _in_words(each), taken_off_with(each.charge), *notes)
                 files |= flight_files(each.flight, file, height_m, course.altitude_m, said)
         flights += visits
     flights.sort(key=lambda each: each.clock.take_off)
@@ -98,13 +127,32 @@ def save_flights(
     if stale:
         words = f"holds flights of another event: {first_ten(sorted(stale))}"
         raise refusal(folder, f"{words}; name another directory, or delete them")
-    pictures = [*event.pictures()]
+    pictures = [*event.pictures(begin)]
     with refusals(folder, "made"):
         folder.mkdir(parents=True, exist_ok=True)
     write_files(files)
     from optuav.plots import save_figures
 
-    return (*files, *save_figures(pictures, folder))
+    return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
+
+
+def _told(event: EventRoster) -> Iterator[str]:
+    """Yield how drones may come too near to each other, on their roof and at handovers."""
+    if event.drones > 1:
+        place = PLACES[event.charged_by]
+        yield (
+            f"WARNING: the files of all drones take off and land at one point of {event.building}: "
+            f"move those of each drone to its {place}, as far apart as your drones need."
+        )
+    points = [vehicle.hover_point_m(cycle.mission) for cycle in event.cycles]
+    hovers = sorted(event.rows, key=lambda row: row["start_s"])
+    if any(
+        later["start_s"] <= one["start_s"] + one["hover_s"] + ROUNDING_S
+        and one["drone"] != later["drone"]
+        and np.allclose(points[one["drone"] - 1], points[later["drone"] - 1])
+        for one, later in pairwise(hovers)
+    ):
+        yield CLOSE
 
 
 def _moment(start: object) -> datetime | None:
@@ -119,37 +167,37 @@ def _moment(start: object) -> datetime | None:
 
 
 def _of_drone(
-    event: EventRoster, drone: int, begin: datetime
-) -> tuple[PlanOnEarth, list[PilotFlight]]:
-    """The course of a drone, and its flights."""
-    steps, clocks, left, back_s = list[Step](), list[Clock](), list[float](), -inf
+    event: EventRoster, drone: int, begin: datetime, climb_m: float
+) -> tuple[PlanOnEarth, list[PilotFlight], list[str]]:
+    """The course of a drone, its flights, and why these cannot be flown with their climbs."""
+    steps, clocks, charges, back_s = list[Step](), list[Clock](), list[FlightCharge](), -inf
+    warnings, (up_s, down_s) = list[str](), vertical_times_s(event.mission, climb_m)
     for _, offset_s, plan in (course for course in event.courses if course.drone == drone):
         course, visits = course_of(plan), [*visits_of(plan.phases)]
         if steps:  # Its pack was exchanged
             rest = Step("rest", event.building, (course.start,), offset_s - back_s, 0.0)
             steps.append(rest)
         for out, hover, *_, back in visits:
-            moments_s = out.start_s, hover.start_s, hover.end_s, back.end_s
-            clocks.append(Clock(*(_later(begin, offset_s + at_s) for at_s in moments_s)))
-            left.append(
-                sum((*back.available_As, *back.bound_As)) / float(plan.mission.pool.capacity_As)
-            )
+            moments_s = out.start_s - up_s, hover.start_s, hover.end_s, back.end_s + down_s
+            clocks.append(Clock(*(later(begin, offset_s + at_s) for at_s in moments_s)))
+        found = flight_charges(plan.mission, plan.phases, climb_m, on_time=True)
+        warnings += short(plan.mission, found, f"drone {drone}")
+        charges += found
         back_s = offset_s + plan.phases[-1].end_s
         steps += (
             step._replace(place=event.building) if step.place in ROUTE_ENDS else step
             for step in course.steps
         )
     course = course._replace(steps=tuple(steps), start_place=event.building)
-    rows = zip(course.flights, clocks, left, strict=True)
-    return course, [
-        PilotFlight(drone, number, flight, clock, battery_left)
-        for number, (flight, clock, battery_left) in enumerate(rows, start=1)
-    ]
-
-
-def _later(begin: datetime, passed_s: float) -> datetime:
-    """A moment to the second, also where clocks are put forward or back in between."""
-    return (begin.astimezone(UTC) + timedelta(seconds=round(passed_s))).astimezone(begin.tzinfo)
+    rows = zip(course.flights, clocks, charges, strict=True)
+    return (
+        course,
+        [
+            PilotFlight(drone, number, flight, clock, charge)
+            for number, (flight, clock, charge) in enumerate(rows, start=1)
+        ],
+        [*dict.fromkeys(warnings)],
+    )
 
 
 def _place(event: EventRoster, flight: PilotFlight) -> str:
@@ -166,7 +214,8 @@ def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
         **flight.clock.stated(),
         "roof": event.building,
         "place": _place(event, flight),
-        "battery_left_percent": round(100.0 * flight.battery_left, 1),
+        "battery_at_take_off_percent": round(100.0 * flight.charge.at_take_off, 1),
+        "battery_left_percent": round(100.0 * flight.charge.at_landing, 1),
         "files": flight.name,
     }
 
@@ -174,7 +223,7 @@ def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
 def _in_words(flight: PilotFlight) -> str:
     """The moments of a flight, and the charge at its landing."""
     stated = (f"{name.replace('_', ' ')} {at}" for name, at in flight.clock.stated().items())
-    return f"{', '.join(stated)}; {flight.battery_left:.1%} of the battery left."
+    return f"{', '.join(stated)}; {percent(flight.charge.at_landing)} of the battery left."
 
 
 def _calendar(event: EventRoster, flights: Sequence[PilotFlight]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,17 +27,24 @@ ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
 POINTS = "a Point: longitude and latitude [deg] in WGS 84"
 
 
+class Candidates(NamedTuple):
+    """Points (site, 3) [m], and their names, empty where a point has none; none of a grid."""
+
+    position_m: Floats
+    names: tuple[str, ...] = ()
+
+
 def candidates_of(
     source: str | Path, missions: Sequence[Mission], step_m: float | None = None
-) -> Floats:
-    """Return points (site, 3) [m] of a grid around the missions, or of a GeoJSON file.
+) -> Candidates:
+    """Return the points of a grid around the missions, or of a GeoJSON file.
 
     They are as high as the laser of the first mission, but for points with a property ``z_m``.
     """
     laser = missions[0].laser
     height_m = laser.position_m[2] if laser else 0.0
     if source == GRID:
-        return _grid(missions, step_m, height_m)
+        return Candidates(_grid(missions, step_m, height_m))
     if step_m is not None:
         raise InputError([Fault("step_m", shown(step_m), "goes with candidates 'grid'")])
     return _read(path_of(source, "candidates"), missions, height_m)
@@ -59,7 +66,7 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     )
 
 
-def _read(path: Path, missions: Sequence[Mission], height_m: float) -> Floats:
+def _read(path: Path, missions: Sequence[Mission], height_m: float) -> Candidates:
     """Points of a GeoJSON file on the plane of the missions; needs pyproj."""
     if path.suffix.lower() not in (".geojson", ".json"):
         words = f'"{GRID}", or a file of points that ends in .geojson or .json'
@@ -75,7 +82,10 @@ def _read(path: Path, missions: Sequence[Mission], height_m: float) -> Floats:
     points = np.array([*_points(document, label(path), height_m)])
     (crs,) = systems
     ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(crs), always_xy=True)
-    return np.column_stack([*ahead.transform(points[:, 0], points[:, 1]), points[:, 2]])
+    position_m = np.column_stack([*ahead.transform(points[:, 0], points[:, 1]), points[:, 2]])
+    facts = (feature.get("properties") or {} for feature in document["features"])
+    stated = (each.get("name", each.get("Name")) for each in facts)
+    return Candidates(position_m, tuple("" if name is None else f"{name}" for name in stated))
 
 
 def _points(document: Any, source: str, height_m: float) -> Iterator[tuple[float, float, float]]:

@@ -69,6 +69,10 @@ class Siting(Presented):
         longest hovers there (mission, laser) [s], NaN without a plan.
     value
         Mean or smallest hover [s] or the number of missions covered, lasers where they are.
+    lasers
+        How many were to be placed at most.
+    names
+        Names of the candidates that a file states, empty where it states none.
 
     Examples
     --------
@@ -88,6 +92,8 @@ class Siting(Presented):
     position_m: Floats
     hover_s: Floats = field(repr=False)
     value: float
+    lasers: int = 1
+    names: tuple[str, ...] = ()
 
     @property
     def gap(self) -> float:
@@ -101,6 +107,11 @@ class Siting(Presented):
         hovers_s = np.concatenate([none, np.nan_to_num(self.hover_s, nan=-1.0)], axis=1)
         longest = hovers_s >= hovers_s.max(axis=1, keepdims=True) - SAME_S
         return np.asarray(longest.argmax(axis=1) - 1)
+
+    def _name(self, site: int) -> str:
+        """What a candidate is called in the text and on maps."""
+        name = self.names[site] if self.names else ""
+        return f"{name} (site {site})" if name else f"Site {site}"
 
     def mission(self, number: int = 0) -> Mission:
         """One of the missions, 0 the first, with its laser where that lets it hover longest.
@@ -124,6 +135,7 @@ class Siting(Presented):
             "kind": "optuav siting",
             "missions": [mission.name for mission in self.missions],
             "candidates_m": self.candidates_m.tolist(),
+            "names": [*self.names],
             "perspective": self.perspective,
             "at_least_s": self.at_least_s,
             "selection": {**asdict(self.selection), "gap": self.gap},
@@ -142,7 +154,7 @@ class Siting(Presented):
         path
             A .geojson file, whose heights are above the ellipsoid or left out (`Plan.export`), or a
             .kml file, at altitudes above mean sea level. Points are called as in the text, such as
-            ``Site 4``.
+            ``Site 4``, or ``B (site 4)`` where the candidates have names.
 
         Raises
         ------
@@ -156,7 +168,7 @@ class Siting(Presented):
         for number, (site, position_m) in enumerate(zip(sites, self.position_m, strict=True)):
             serves = int((self.laser == number).sum())
             facts = {"site": site, "serves": serves, "moved_m": float(moved_m[number])}
-            placed.append(files.PlacedLaser(f"Site {site}", position_m, facts))
+            placed.append(files.PlacedLaser(self._name(site), position_m, facts))
         return files.save(self.missions[0], placed, str(self).splitlines(), path)
 
     def save_missions(self, directory: str | Path) -> list[Path]:
@@ -200,7 +212,12 @@ class Siting(Presented):
             where = f"{_point(self.candidates_m[site])}, serves {served}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
             where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
-            lines.append((f"Site {site}", where))
+            lines.append((printable(self._name(site)), where))
+        if len(best.sites) < self.lasers:
+            words = "no other candidate adds anything"
+            if len(best.sites) == len(self.candidates_m):
+                words = "there are no more candidates"
+            lines.append(("Left out", f"{self.lasers - len(best.sites)} of {self.lasers}: {words}"))
         unit, digits, enough = " s", 2, ""
         if best.objective == "covered":
             unit, digits, enough = "", 0, f" of {count} hover {self.at_least_s:g} s or longer"
@@ -266,9 +283,9 @@ def place_laser(
         as one for each device. Each has a laser; only the place of that is changed.
     candidates
         Places where a laser may stand (site, 3) [m], each coordinate up to 1e6; or the path of a
-        GeoJSON file of points, whose property ``z_m`` is their height and which need a mission on
-        Earth; or ``"grid"``, for points over all places of the missions. Without ``z_m``, points
-        are as high as the laser of the first mission.
+        GeoJSON file of points, whose properties ``name`` and ``z_m`` are their name and height and
+        which need a mission on Earth; or ``"grid"``, for points over all places of the missions.
+        Without ``z_m``, points are as high as the laser of the first mission.
     lasers
         How many to place at most, 1 to 1000. One that would add nothing is left out.
     step_m
@@ -322,14 +339,14 @@ def place_laser(
     loaded = tuple(load_all(missions, faults))
     if not (loaded or faults):
         faults.append(Fault("missions", "none", "at least one"))
-    table_m = np.empty((0, 3))
+    table_m, names = np.empty((0, 3)), tuple[str, ...]()
     if step_m is not None:
         faults += misfits(("step_m", step_m, STEP))
     if not isinstance(candidates, str | Path):
         table_m = _points(candidates, faults)
     elif not faults:
         with collected(faults):
-            table_m = candidates_of(candidates, loaded, step_m)
+            table_m, names = candidates_of(candidates, loaded, step_m)
     faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
     if not (progress is None or callable(progress)):
         faults.append(Fault("progress", shown(progress), "a function, or nothing"))
@@ -350,7 +367,7 @@ def place_laser(
         reach_m = 0.5 * _nearest_m(table_m, best.sites)
         at_m, hover_s = refined(times, at_m, hover_s, reach_m, value)
     asked = loaded, table_m, perspective, at_least_s
-    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s))
+    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s), int(lasers), names)
 
 
 def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:

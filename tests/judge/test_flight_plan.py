@@ -89,6 +89,9 @@ def test_a_plan_is_flown_leg_by_leg(tmp_path: Path) -> None:
         length_m = math.hypot(level_m, end[2] - begin[2])
         assert phase.distance_m == pytest.approx(length_m, abs=0.01)
     speeds = [phase.peak_speed_m_s for phase in flights]
+    level = [math.dist(p.points_m[0][:2], p.points_m[1][:2])
+             / p.distance_m for p in flights]  # fmt: skip
+    speeds = [speed * share for speed, share in zip(speeds, level, strict=True)]
     assert speeds[1:5] == pytest.approx([5.0, 8.0, 8.0, 8.0], rel=1e-6)
     model = optuav.load("relay-today").flight_model
     leg = model.leg_at((flights[1].distance_m, 0.0, 0.0), 5.0)  # type: ignore[attr-defined]
@@ -458,3 +461,41 @@ def _small(folder: Path) -> str:
         'schema = 1\nextends = "relay-today"\nbattery.capacity_As = 900\nbattery.packs = 1\n'
     )
     return str(file)
+
+
+def test_a_rest_in_kml_is_charged_on_its_roof(tmp_path: Path) -> None:
+    """A laser below a roof lights it: the building that it stands on is in nobody's way."""
+    mission = optuav.load("relay-today").replace(
+        {f"earth.{k}": v for k, v in zip(("latitude_deg", "longitude_deg"), HOME, strict=False)}
+    )
+    planned = optuav.solve(mission)
+    verdict, _ = judged(planned.export(tmp_path / "a.kml")[0], mission)
+    assert verdict.replay is not None
+    (rest,) = (phase for phase in verdict.replay.phases if phase.kind == "rest")
+    (stated,) = (phase for phase in planned.phases if phase.kind == "rest")
+    assert rest.start.name == rest.end.name == stated.end_place
+    assert rest.stages[0].net.current_A == pytest.approx(stated.stages[0].current_A)
+    assert verdict.replay.soc["battery"] == pytest.approx((planned.soc or {})["battery"], abs=1e-4)
+
+
+@pytest.mark.parametrize("model", ["relay-today", "matrice350"])
+@pytest.mark.parametrize("suffix", [".kml", ".plan", ".waypoints"])
+def test_exports_keep_the_speed_limit(model: str, suffix: str, tmp_path: Path) -> None:
+    """The speed that they state is level, as the limit is, also where the legs climb."""
+    at = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 34.0}
+    mission = optuav.load(model).replace({**at, "flight.max_speed_m_s": 7.77})
+    planned = optuav.solve(mission)
+    for file in planned.export(tmp_path / f"a{suffix}", climb_m=None if suffix == ".kml" else 60):
+        if file.suffix == suffix:
+            kinds = {event.kind for event in optuav.audit(file, mission).violations}
+            assert "speed" not in kinds
+            assert suffix != ".kml" or not kinds
+
+
+def test_a_point_that_is_flown_to_again_has_the_later_item(tmp_path: Path) -> None:
+    """The route counts on, and so do the legs of events."""
+    there, away = (item(16, 0, 0, 0, None, place, 13.4, 40) for place in (52.501, 52.503))
+    verdict, _ = judged(plan(tmp_path, [SQUARE[0], there, away, there, away, SQUARE[-1]]))
+    assert verdict.replay is not None
+    route = ["origin", *(f"item {n}" for n in (1, 2, 3, 4, 5, 6)), "destination"]
+    assert verdict.replay.route == route

@@ -185,9 +185,10 @@ def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
     once_s = 2.0 * (12.0 / flight.acceleration_m_s2) ** 0.5
     charge_As = 4 * once_s * flight.flight_current_A
     share = charge_As / (plan.mission.battery.capacity_As * plan.mission.battery.packs)
+    percent = f"{round(100.0 * share, 2):g} %"
     for path in plan.export(tmp_path / "a.plan"):
-        words = json.loads(path.read_text())["notes"][2]
-        assert f"{4 * once_s:.1f} s and {share:.2%} of the battery in 2 flights" in words
+        words = json.loads(path.read_text())["notes"][-1]
+        assert f"{4 * once_s:.1f} s and {percent} of the battery in 2 flights" in words
 
 
 def test_a_low_take_off_is_doubted(tmp_path: Path) -> None:
@@ -322,3 +323,45 @@ def test_the_command_writes_what_the_library_writes(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.glob("d*")] == ["d-1.waypoints"]
     assert run(*asked, "--climb-m", "30", "--force").code == 0
     assert "0 < x <= 1000" in refused(*asked, "--climb-m", "-3")
+
+
+@pytest.mark.parametrize("climb_m", [12.0, 300.0])
+def test_a_flight_lands_as_exported_with_what_the_audit_finds(
+    climb_m: float, tmp_path: Path
+) -> None:
+    """The judge reads the file and knows nothing of the plan; what is below the reserve is told."""
+    mission = optuav.load("relay-today").replace(BERLIN)
+    plan = optuav.solve(mission, "P3")
+    (file,) = plan.export(tmp_path / "a.plan", climb_m=climb_m)
+    replayed = optuav.audit(file, mission).replay
+    assert replayed is not None
+    words = json.loads(file.read_text())["notes"]
+    left = f"{100.0 * replayed.soc['battery']:.2f}".rstrip("0")
+    assert any(
+        f"the plan lands with {left} % of the battery; the reserve is 20" in w for w in words
+    )
+    assert "Take off with at least 100 % of the battery." in words
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_an_unknown_altitude_is_told(suffix: str, tmp_path: Path) -> None:
+    """An altitude of 0 that nobody stated is 519 m below Munich; another one is right."""
+    unstated = {key: value for key, value in BERLIN.items() if "altitude" not in key}
+    for earth, told in ((unstated, True), ({**unstated, "earth.altitude_m": 1.0}, False)):
+        plan = optuav.solve(optuav.load("paper").replace(earth))
+        for file in plan.export(tmp_path / f"a{suffix}"):
+            words = file.read_text("utf-8")
+            assert ("earth.altitude_m is 0" in words) == (told and file.suffix != ".waypoints")
+
+
+def test_flights_of_a_mission_without_an_altitude_are_read_back(tmp_path: Path) -> None:
+    """The second flight begins on its roof, not inside the building."""
+    crs = "+proj=aeqd +lon_0=13.4 +lat_0=52.5 +datum=WGS84 +units=m +no_defs"
+    mission = optuav.load("relay-today").replace({"crs": crs})
+    plan = optuav.solve(mission)
+    _, second = plan.export(tmp_path / "a.plan")
+    replayed = optuav.audit(second, mission).replay
+    assert replayed is not None
+    assert "building" not in {event.kind for event in replayed.violations}
+    roof_m = plan.mission.buildings.roof_m[plan.mission.buildings.names.index(plan.route[2])]
+    assert replayed.phases[0].start.position_m == pytest.approx(roof_m.tolist(), abs=1e-3)

@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,6 +16,7 @@ import optuav
 from optuav.errors import InputError
 from optuav.judge.fleets import replay_fleet
 from optuav.service.event import Event
+from tests.cli.run import words
 from tests.examples import few
 from tests.plan.test_export import BERLIN
 
@@ -39,6 +41,13 @@ def test_gaps_are_those_that_seconds_show(drone: int, at_s: int) -> None:
     """And the judge flies the roster of the others, whose only gap is a leg of the next one."""
     failure = RESERVE.without(drone, at_s)
     assert failure.gap_s == pytest.approx(uncovered_s(RESERVE, drone, at_s), abs=10.0)
+    hovers = [row for row in RESERVE.rows if row["drone"] == drone]
+    ends_s = [(max(row["start_s"], at_s), row["start_s"] + row["hover_s"]) for row in hovers]
+    # Drones hover in turns: what one leaves is a gap, and each is listed
+    expected_s = [ends for ends in ends_s if ends[1] > at_s]
+    assert np.ravel(failure.gaps_s) == pytest.approx(np.ravel(expected_s), abs=1e-5)
+    if len(expected_s) > 1:
+        assert f"in {len(expected_s)} gaps, {expected_s[0][0]:.2f} to " in words(str(failure))
     roster = failure.roster
     assert roster is not None
     assert roster.replay().flyable

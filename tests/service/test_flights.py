@@ -41,15 +41,16 @@ def test_the_roster_has_the_event_in_clock_times(options: Any, tmp_path: Path) -
     event.save_flights(tmp_path, START)
     begin, rows = datetime.fromisoformat(START), roster(tmp_path)
     out, _, back, *_ = event.plans[0].phases
+    climb_s = 2.0 * (12.0 / event.mission.flight.acceleration_m_s2) ** 0.5  # As the descent
     assert len(rows) == len(event.rows)
     for row, hover in zip(rows, event.rows, strict=True):
         assert int(row["drone"]) == hover["drone"]
         starts_s = hover["start_s"]
         for name, at_s in (
-            ("take_off", starts_s - out.duration_s),
+            ("take_off", starts_s - out.duration_s - climb_s),
             ("on_station", starts_s),
             ("leave", starts_s + hover["hover_s"]),
-            ("landing", starts_s + hover["hover_s"] + back.duration_s),
+            ("landing", starts_s + hover["hover_s"] + back.duration_s + climb_s),
         ):
             assert abs(moment(row, name) - begin - timedelta(seconds=at_s)).total_seconds() < 0.6
         assert row["roof"] == event.building
@@ -91,6 +92,12 @@ def test_clocks_that_are_put_back_keep_the_duration(tmp_path: Path) -> None:
     start = datetime(2027, 10, 31, 2, 30, tzinfo=ZoneInfo("Europe/Berlin"))
     event = optuav.coverage(HERE).event(1)
     event.save_flights(tmp_path, start)
+    ((_, axes),) = event.pictures(start)
+    axes.figure.canvas.draw()
+    ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+    told = {hours: label.get_text() for hours, label in ticks if 0.0 <= hours <= 1.0}
+    assert (told[0.0], told[1.0]) == ("02:30", "02:30")
+    assert axes.get_xlabel() == "clock time, from 2027-10-31 02:30 on"
     last = roster(tmp_path)[-1]
     assert last["leave"].startswith("2027-10-31T02:30:00+01:00")
 
@@ -209,3 +216,47 @@ def test_the_command_writes_a_folder_for_pilots(tmp_path: Path) -> None:
     assert "--start = soon: goes with --flights" in refused(*asked[:2], "--start", "soon")
     assert "--start: is missing" in refused(*asked[:4], "--hours", "1")
     assert "--separation-m = " in refused(*asked, "--hours", "1", "--separation-m", "up")
+
+
+def test_files_state_the_charge_with_climbs_and_warn(tmp_path: Path) -> None:
+    """By hand for exchanged packs: what the legs and the hover draw, and two climbs of 60 m."""
+    event = optuav.coverage(HERE, swap_s=300.0).event(1)
+    files = event.save_flights(tmp_path, START, climb_m=60.0)
+    flight, (out, hover, back, *_) = HERE.flight, event.plans[0].phases
+    once_s = 2.0 * (60.0 / flight.acceleration_m_s2) ** 0.5
+    stages = [stage for phase in (out, hover, back) for stage in phase.stages]
+    drawn_As = -sum(stage.duration_s * stage.current_A for stage in stages)
+    size_As = float(HERE.pool.capacity_As)
+    left = 100.0 * (1.0 - (drawn_As + 2.0 * once_s * flight.flight_current_A) / size_As)
+    row = roster(tmp_path)[0]
+    assert float(row["battery_at_take_off_percent"]) == 100.0
+    # Legs that begin 60 m higher slope otherwise
+    assert float(row["battery_left_percent"]) == pytest.approx(left, abs=0.7)
+    for file in files:
+        if file.suffix in (".plan", ".txt", ".kml", ".geojson"):
+            assert ("WARNING: with its climbs" in file.read_text("utf-8")) == (left < 20.0)
+
+
+def test_a_climb_that_costs_the_reserve_is_told(tmp_path: Path) -> None:
+    """In the command's words and every file of a flight; the audit of one agrees."""
+    mission, folder = str(HERE.save(tmp_path / "here.toml")), tmp_path / "flights"
+    asked = ("coverage", mission, "--hours", "1", "--flights", str(folder), "--start", START)
+    assert "WARNING: with its climbs, drone 1" in run(*asked, "--climb-m", "900").out
+    for file in folder.glob("drone-1*"):
+        assert ("WARNING" in file.read_text("utf-8")) == (file.suffix != ".waypoints")
+
+
+def test_files_warn_of_drones_that_meet_and_say_how_to_audit_them(tmp_path: Path) -> None:
+    """One roof and one hover point for all, also after a failure; apart, only the roof is told."""
+    mission = optuav.load("relay-today").replace(BERLIN)
+    cycle = optuav.coverage(mission)
+    apart = cycle.event(2, separation_m=10.0)
+    for name, event, close in (("a", cycle.event(4), True), ("b", apart, False)):
+        files = event.save_flights(tmp_path / name, START)
+        texts = [f.read_text("utf-8") for f in files if f.suffix in (".plan", ".txt", ".kml")]
+        assert all("take off and land at one point" in text for text in texts)
+        assert {"at one hover point" in text for text in texts} == {close}
+    drones = tmp_path / "a" / "drone-1.kml"
+    assert not optuav.audit(drones, mission).flyable
+    stated = mission.replace({"limits.deadline_s": 1e7, "battery.charging": "taper"})
+    assert optuav.audit(drones, stated).flyable

@@ -32,19 +32,22 @@ def points(folder: Path, *places: Any, z_m: Any = None, **more: Any) -> Path:
 
 def test_points_of_a_map_lie_where_the_geodesic_says(tmp_path: Path) -> None:
     """East and north of [earth] to a centimetre; as high as the laser, or as z_m states."""
-    found_m = candidates_of(points(tmp_path, *PLACES), [HERE])
+    found_m = candidates_of(points(tmp_path, *PLACES), [HERE]).position_m
     assert HERE.laser is not None
     for (x_m, y_m, z_m), place in zip(found_m.tolist(), PLACES, strict=True):
         assert (x_m, y_m) == pytest.approx(on_plane(*place), abs=0.01)
         assert z_m == HERE.laser.position_m[2]
-    assert candidates_of(points(tmp_path, *PLACES, z_m=7.5), [HERE])[:, 2].tolist() == [7.5] * 3
+    assert (
+        candidates_of(points(tmp_path, *PLACES, z_m=7.5), [HERE]).position_m[:, 2].tolist()
+        == [7.5] * 3
+    )
 
 
 def test_a_grid_lies_over_all_places() -> None:
     """Ten steps along the longer side, or a stated step; all missions lie in it."""
     far = HERE.replace({"link.device_m": [3000.0, 450.0, 0.0]})
     for missions, step_m in (([HERE], None), ([HERE, far], None), ([HERE], 100.0)):
-        found_m = candidates_of("grid", missions, step_m)
+        found_m = candidates_of("grid", missions, step_m).position_m
         x_m, y_m = (np.unique(found_m[:, axis]) for axis in (0, 1))
         assert len(found_m) == len(x_m) * len(y_m)
         steps_m = np.concatenate([np.diff(x_m), np.diff(y_m)])
@@ -79,7 +82,7 @@ def test_maps_have_the_lasers_of_the_text(suffix: str, placed: Any, tmp_path: Pa
             assert point.z == pytest.approx(at_m[2] + BERLIN["earth.altitude_m"])
     assert all(f"Site {site}" in str(placed) for site in placed.selection.sites)
     if suffix == ".geojson":  # Its points are candidates again
-        found_m = candidates_of(tmp_path / "sites.geojson", placed.missions)
+        found_m = candidates_of(tmp_path / "sites.geojson", placed.missions).position_m
         assert found_m == pytest.approx(placed.position_m, abs=1e-3)
 
 
@@ -166,3 +169,20 @@ def test_the_command(tmp_path: Path) -> None:
         assert words in refused(*asked, *more)
     outside = ("place", "paper", "--candidates", "grid", "--save", str(tmp_path / "b.kml"))
     assert "crs: is missing" in refused(*outside)
+
+
+def test_names_of_candidates_and_what_is_left_out_are_told(tmp_path: Path) -> None:
+    """A place that the file calls B is B in the text, the map and the data; two need two places."""
+    file = points(tmp_path, PLACES[0], z_m=30.0)
+    document = json.loads(file.read_text())
+    document["features"][0]["properties"]["name"] = "B"
+    file.write_text(json.dumps(document))
+    placed = optuav.place_laser(HERE, file, lasers=2, refine=False)
+    assert "B (site 0)" in str(placed)
+    assert placed.to_dict()["names"] == ["B"]
+    assert "1 of 2: there are no more candidates" in str(placed)
+    assert "B (site 0)" in placed.save(tmp_path / "sites.kml").read_text()
+    near = [[0.0, 100.0, 30.0], [0.0, 100.0, 30.0]]
+    assert "1 of 2: no other candidate adds anything" in str(
+        optuav.place_laser(HERE, near, lasers=2, refine=False)
+    )

@@ -1,0 +1,180 @@
+"""What climbs after take-offs and descents to landings cost, which a plan does not count."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.export import waypoints
+from optuav.flight.model import CruisingModel
+from optuav.mission import Mission
+from optuav.mission.messages import plural
+from optuav.network import vehicle
+from optuav.network.map_extent import scene
+from optuav.network.timeline import Phase, PhaseStage, carry, steps
+from optuav.physics.flight import Loads
+from optuav.physics.quantity import Quantity
+from optuav.plan.data import JUDGES_TOLERANCE
+from optuav.presentation.numbers import percent, percent_apart
+
+
+class FlightCharge(NamedTuple):
+    """The charge at the ends of a flight as exported, as shares of the capacity."""
+
+    at_take_off: float
+    at_landing: float
+    dry: bool  # Whether the available well, or the last pack, is empty on the way
+
+
+def vertical_legs(mission: Mission, climb_m: float) -> tuple[Loads, Loads]:
+    """The climb after a take-off and the descent to a landing."""
+    model = mission.flight_model
+    return model.leg((0.0, 0.0, climb_m)), model.leg((0.0, 0.0, -climb_m))
+
+
+def vertical_times_s(mission: Mission, climb_m: float) -> tuple[float, float]:
+    """How long climb and descent last [s]; 0 where the UAV cannot fly so."""
+    up_s, down_s = (float(leg.duration_s) for leg in vertical_legs(mission, climb_m))
+    return (up_s, down_s) if isfinite(up_s + down_s) else (0.0, 0.0)
+
+
+def with_climbs(
+    mission: Mission, phases: Sequence[Phase], climb_m: float, *, on_time: bool
+) -> Iterator[Phase]:
+    """The phases with a climb and a descent in every flight; on time, rests between are shorter."""
+    up, down = (_stages(leg) for leg in vertical_legs(mission, climb_m))
+    spent_s = sum(vertical_times_s(mission, climb_m))
+    names = [
+        *dict.fromkeys(end for phase in phases for end in (phase.start_place, phase.end_place))
+    ]
+    places = dict(zip(names, map(tuple, scene(mission).positions(names).tolist()), strict=True))
+    for rests, group in groupby(phases, key=lambda phase: phase.kind == "rest"):
+        flown = [*group]
+        if rests or not spent_s:
+            yield from (_shorter(each, spent_s * on_time) if rests else each for each in flown)
+            continue
+        last = len(flown) - 1
+        for number, phase in enumerate(flown):
+            above_m = climb_m * (number == 0), climb_m * (number == last)
+            stages = _from_above(mission, phase, places, above_m)
+            begin, end = up if number == 0 else (), down if number == last else ()
+            yield replace(phase, stages=(*begin, *stages, *end))
+
+
+def _from_above(
+    mission: Mission,
+    phase: Phase,
+    places: Mapping[str, tuple[float, ...]],
+    above_m: tuple[float, float],
+) -> tuple[PhaseStage, ...]:
+    """The stages of a phase; those of a leg begin and end so far above its places [m]."""
+    if phase.kind != "flight" or phase.edited or not any(above_m):
+        return phase.stages
+    points_m = [places[phase.start_place], *phase.waypoints_m, places[phase.end_place]]
+    at_m = np.array(points_m, dtype=float)
+    at_m[[0, -1], 2] += above_m
+    ways_m, model = np.diff(at_m, axis=0).tolist(), mission.flight_model
+    if phase.speeds_m_s and isinstance(model, CruisingModel):
+        pairs = zip(ways_m, phase.speeds_m_s, strict=True)
+        legs = [model.leg_at((x, y, z), speed_m_s) for (x, y, z), speed_m_s in pairs]
+    else:
+        legs = [model.leg((x, y, z)) for x, y, z in ways_m]
+    flyable = all(isfinite(float(leg.duration_s)) for leg in legs)
+    return tuple(stage for leg in legs for stage in _stages(leg)) if flyable else phase.stages
+
+
+def flight_charges(
+    mission: Mission, phases: Sequence[Phase], climb_m: float, *, on_time: bool = False
+) -> list[FlightCharge]:
+    """The charge at the ends of every flight, from a take-off to the next landing, as exported."""
+    climbed = [*with_climbs(mission, phases, climb_m, on_time=on_time)]
+    size_As = float(mission.pool.capacity_As)
+    before, after, dry = [0.0] * len(climbed), [0.0] * len(climbed), [False] * len(climbed)
+    if mission.battery.takes_turns:
+        course = carry(mission, climbed)
+        after = [_share(wells.total_As, size_As) for wells in course.wells]
+        begin_As = vehicle.start(mission).wells(mission.pool).total_As
+        before = [_share(begin_As, size_As), *after[:-1]]
+        dry[-1] = course.ended_s is not None
+    else:
+        for number, pieces in groupby(steps(mission, climbed), key=lambda piece: piece[0]):
+            each = [*pieces]
+            before[number] = _share(each[0][3].total_As, size_As)
+            after[number] = _share(each[-1][4].total_As, size_As)
+            least_As = min(float(wells.available_As) for *_, wells in each)
+            dry[number] = least_As < -JUDGES_TOLERANCE * size_As
+    found = list[FlightCharge]()
+    kinds = enumerate(phase.kind == "rest" for phase in climbed)
+    for rests, numbered in groupby(kinds, key=lambda pair: pair[1]):
+        if not rests:
+            first, *_ = numbers = [number for number, _ in numbered]
+            *_, last = numbers
+            found.append(FlightCharge(before[first], after[last], any(dry[n] for n in numbers)))
+    return found
+
+
+def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
+    """Yield what climbs and descents cost beside the plan, and a height that PX4 refuses."""
+    time_s, charge_As = (
+        flights * float(sum(figures))
+        for figures in zip(
+            *((leg.duration_s, leg.charge_As) for leg in vertical_legs(mission, climb_m)),
+            strict=True,
+        )
+    )
+    if isfinite(time_s + charge_As):
+        share = charge_As / float(mission.pool.capacity_As)
+        yield (
+            f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
+            f"after its last one. The plan does not count that: {time_s:.1f} s and "
+            f"{percent(share)} of the battery in {plural(flights, 'flight')}."
+        )
+    if climb_m < waypoints.LEAST_CLIMB_M:
+        yield (
+            f"PX4 refuses a take-off to less than {waypoints.LEAST_CLIMB_M:g} m, unless its "
+            "parameter NAV_ACC_RAD is below 10 m."
+        )
+
+
+def short(mission: Mission, charges: Sequence[FlightCharge], name: str) -> Iterator[str]:
+    """Yield why flights cannot be flown as exported: an empty battery, or too little left."""
+    least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
+    landings = charges if always else charges[-1:]
+    left = min((each.at_landing for each in landings), default=1.0)
+    begin = f"WARNING: with its climbs, {name}"
+    if any(each.dry for each in charges):
+        yield f"{begin} cannot be flown: the battery is empty on the way."
+    elif left < least - JUDGES_TOLERANCE:
+        here, reserve = percent_apart(left, least)
+        yield f"{begin} lands with {here} of the battery; the reserve is {reserve}."
+
+
+def taken_off_with(charge: FlightCharge) -> str:
+    """What the battery must hold at a take-off, in words."""
+    return f"Take off with at least {percent(charge.at_take_off)} of the battery."
+
+
+def _stages(leg: Loads) -> tuple[PhaseStage, ...]:
+    """The stages of a leg, which only draws."""
+    rows = zip(leg.durations_s, leg.currents_A, leg.powers_W, strict=True)
+    return tuple(PhaseStage(float(s), -float(A), -float(W)) for s, A, W in rows)
+
+
+def _shorter(rest: Phase, spent_s: float) -> Phase:
+    """A rest of one stage or several without its last seconds, as far as it lasts."""
+    stages = list[PhaseStage]()
+    left_s = max(rest.duration_s - spent_s, 0.0)
+    for stage in rest.stages:
+        stages.append(replace(stage, duration_s=min(stage.duration_s, left_s)))
+        left_s -= stages[-1].duration_s
+    return replace(rest, stages=tuple(stages))
+
+
+def _share(total_As: Quantity, size_As: float) -> float:
+    """A charge as a share of the capacity, of all packs."""
+    return float(np.sum(total_As)) / size_As
