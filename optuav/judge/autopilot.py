@@ -100,7 +100,7 @@ def flight_of(file: Path) -> StatedFlight:
     return _flight(file, (longitude, latitude, altitude_m), rows, speed_m_s, notes)
 
 
-class Form(NamedTuple):
+class ItemForm(NamedTuple):
     """A value of a key: whether it is one, and what is allowed."""
 
     accepts: Callable[[Any], bool]
@@ -117,20 +117,22 @@ def _is_numbers(value: object, count: int, *, empty: bool) -> bool:
     return is_list and all(_is_number(x) or (empty and x is None) for x in cast(list[Any], value))
 
 
-NUMBER = Form(_is_number, "a number")
-WHOLE = Form(lambda value: _is_number(value) and value == int(value), "a whole number")
-SPEED = Form(lambda value: _is_number(value) and value > 0.0, "a number, x > 0 [m/s]")
-TABLE = Form(lambda value: isinstance(value, dict), "a table")
-TEXT = Form(lambda value: isinstance(value, str), "a text")
-LIST = Form(lambda value: isinstance(value, list), "a list")
-HOME = Form(
+NUMBER = ItemForm(_is_number, "a number")
+WHOLE = ItemForm(lambda value: _is_number(value) and value == int(value), "a whole number")
+SPEED = ItemForm(lambda value: _is_number(value) and value > 0.0, "a number, x > 0 [m/s]")
+TABLE = ItemForm(lambda value: isinstance(value, dict), "a table")
+TEXT = ItemForm(lambda value: isinstance(value, str), "a text")
+LIST = ItemForm(lambda value: isinstance(value, list), "a list")
+HOME = ItemForm(
     lambda value: _is_numbers(value, 3, empty=False),
     "three numbers: latitude and longitude [deg], altitude [m]",
 )
-PARAMETERS = Form(lambda value: _is_numbers(value, 7, empty=True), "a list of 7 numbers or null")
+PARAMETERS = ItemForm(
+    lambda value: _is_numbers(value, 7, empty=True), "a list of 7 numbers or null"
+)
 
 
-def _value(table: Any, key: str, form: Form, file: Path, before: str = "") -> Any:
+def _value(table: Any, key: str, form: ItemForm, file: Path, before: str = "") -> Any:
     """The value of a key of a plan; refused by its name if it is missing or of another form."""
     value = table.get(key)
     if not form.accepts(value):
