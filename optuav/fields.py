@@ -17,7 +17,6 @@ from pathlib import PurePath
 from textwrap import dedent
 from typing import TYPE_CHECKING, Annotated, NamedTuple, Self, TypeGuard, TypeVar
 
-import numpy as np
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Strict
 
@@ -284,6 +283,8 @@ class MadeOfTables:
 
     def _refuse_scalars(self) -> None:
         """Refuse formulas that work only for single numbers; any other error shows up in use."""
+        import numpy as np  # Only models from outside the package need it to read a mission
+
         try:
             with np.errstate(all="ignore"):
                 self._on_arrays()

@@ -417,7 +417,9 @@ class Unfit:
     name = "unfit"
 
 
-NO_ENGINE = "engine = .*: a name, or an instance of a subclass of Engine that states its name"
+NO_ENGINE = (
+    "engine = .*: must be a name, or an instance of a subclass of Engine that states its name"
+)
 
 
 @pytest.mark.parametrize(

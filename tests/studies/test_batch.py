@@ -702,7 +702,7 @@ def test_an_engine_that_fails_in_one_scenario_fails_in_no_other(
     raises: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An engine that raises, or returns times that violate the deadline, where it is 900 s."""
-    known = best_plans.answer
+    known = best_plans.solve_model
 
     def failing(model: Any, count: int, question: Any, values: Any = None) -> Any:
         stated = values or {name: each.value for name, each in model.given.items()}
@@ -716,7 +716,7 @@ def test_an_engine_that_fails_in_one_scenario_fails_in_no_other(
     ranges = {"limits.deadline_s": [800.0, 900.0, 1200.0]}
     right = optuav.batch_arrays("paper", ranges, "P2", perspective="battery")
     for module in (best_plans, program):
-        monkeypatch.setattr(module, "answer", failing)
+        monkeypatch.setattr(module, "solve_model", failing)
     found = optuav.batch_arrays("paper", ranges, "P2", perspective="battery")
     failed = "unknown" if raises else "error"
     assert found["status_words"][found["status"]].tolist() == ["optimal", failed, "optimal"]
