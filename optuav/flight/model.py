@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-import numpy as np
-
 from optuav import physics
 from optuav.fields import (
     Allowed,
@@ -82,6 +80,8 @@ class FlightModel(MadeOfTables, ABC):
     flight: FlightTable
 
     def _on_arrays(self) -> None:
+        import numpy as np
+
         some_m = np.array([[100.0, 200.0]])
         self.hover()
         self.rest()

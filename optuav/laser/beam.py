@@ -8,8 +8,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-import numpy as np
-
 from optuav import physics
 from optuav.fields import MadeOfTables, MissionSection, OneOf, Position, Power, Range, Slider
 
@@ -59,6 +57,8 @@ class Beam(MadeOfTables, ABC):
     laser: LaserTable
 
     def _on_arrays(self) -> None:
+        import numpy as np
+
         some_m = np.array([[100.0, 200.0]])
         self.received_W(some_m, 100.0)
         self.enough_W(some_m, 100.0)
