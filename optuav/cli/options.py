@@ -175,7 +175,7 @@ def _paths(given: Mapping[str, str | list[str]]) -> dict[str, Any]:
 
     paths, faults = dict[str, Any](), list[Fault]()
     for key, text in given.items():
-        several = [text] if isinstance(text, str) else text
+        several = text if isinstance(text, list) else [text]  # Old releases of typer give a path
         with collected(faults):
             found = [path_of(one, key) for one in several]
             paths[key] = found if several is text else found[0]
