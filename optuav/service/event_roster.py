@@ -45,31 +45,7 @@ class DroneCourse(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class EventRoster(Result):
-    """A roster of drones in ring order, one row per hover.
-
-    Parameters
-    ----------
-    hours, drones, building
-        Time covered [h], the number of drones, and where all of them rest.
-    least_drones
-        The fewest that can hover in turns from any one building if only charge counts, with at
-        most two hovers per drone more than the charge of full batteries requires.
-    longest_hover_s
-        Longest hover of the roster [s].
-    overlap_s, separation_m
-        For how long two drones hover at a handover [s], and the step from the hover point of one
-        to that of the next (x, y, z) [m], or None.
-    calm_drones, in_calm_air
-        If the hover depends on the wind, the number of drones in calm air, None without a roster
-        there, and the same in words; else None.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> event = optuav.coverage("matrice350").event(1)
-    >>> event.drones, event.building, len(event.rows)
-    (2, 'b4', 2)
-    """
+    """A roster of drones in ring order, one row per hover; `Event` explains its figures."""
 
     kind = "optuav event"
     units = UNITS
