@@ -2,7 +2,7 @@
 
 from optuav.calibration.fit import Fit, Panel, Value
 from optuav.calibration.kibam import fit_kibam
-from optuav.calibration.logs import FlightLog
+from optuav.calibration.logs.flight_log import FlightLog
 from optuav.calibration.regimes import fit_regimes
 from optuav.calibration.rotary_wing import fit_rotary_wing
 from optuav.calibration.rotor import fit_rotor

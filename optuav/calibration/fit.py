@@ -24,7 +24,7 @@ import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
-from optuav.calibration.logs import FlightLog
+from optuav.calibration.logs.flight_log import FlightLog
 from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission.forms import SCHEMA

@@ -34,7 +34,6 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv, fit
-from optuav.calibration import logs as logs_of
 from optuav.calibration.fit import (
     ConfidenceInterval,
     Estimate,
@@ -44,7 +43,9 @@ from optuav.calibration.fit import (
     finished,
     quantile,
 )
-from optuav.calibration.logs import FlightLog
+from optuav.calibration.logs import measurements
+from optuav.calibration.logs.flight_log import FlightLog
+from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
@@ -197,9 +198,9 @@ def fit_kibam(
     flown = list[FlightLog]()
 
     def read_log(path: Path) -> tuple[list[Discharge], list[str]] | None:
-        if log := logs_of.read(path, columns or {}):
+        if log := flight_log_in(path, columns or {}):
             flown.append(log)
-            discharges, doubts = _record(logs_of.discharge(log))
+            discharges, doubts = _record(measurements.discharge(log))
             return discharges, [*log.warnings, *doubts]
         return None
 

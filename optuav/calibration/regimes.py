@@ -27,9 +27,10 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv, fit
-from optuav.calibration import logs as logs_of
 from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
-from optuav.calibration.logs import FlightLog
+from optuav.calibration.logs import measurements
+from optuav.calibration.logs.flight_log import FlightLog
+from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission.files import refusal
 from optuav.mission.messages import nearest
@@ -113,7 +114,7 @@ def fit_regimes(
     flown = list[FlightLog]()
 
     def read_log(path: Path) -> tuple[Samples, tuple[str, ...]] | None:
-        if log := logs_of.read(path, columns or {}):
+        if log := flight_log_in(path, columns or {}):
             flown.append(log)
             return _samples_of(log)
         return None
@@ -237,7 +238,7 @@ def _samples_of(log: FlightLog) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log of an autopilot, and doubts about it."""
     columns = log.samples
     if not np.isfinite(columns.voltage_V).any():
-        raise refusal(Path(log.source), logs_of.NO_VOLTAGE)
+        raise refusal(Path(log.source), measurements.NO_VOLTAGE)
     power_W = columns.current_A * columns.voltage_V
     of = np.where(np.isfinite(power_W), log.phase, "other")
     power_W = np.nan_to_num(power_W)

@@ -9,9 +9,10 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration import csv, separable
-from optuav.calibration import logs as logs_of
 from optuav.calibration.fit import Estimate, Fit, curve, finished
-from optuav.calibration.logs import FlightLog
+from optuav.calibration.logs import measurements
+from optuav.calibration.logs.flight_log import FlightLog
+from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import refuse
 from optuav.mission.messages import number
 from optuav.physics.rotary_wing import PowerCoefficients, power
@@ -88,8 +89,8 @@ def fit_rotary_wing(
     flown, notes = list[FlightLog](), list[str]()
 
     def read_log(path: Path) -> tuple[csv.Measurements, tuple[str, ...]] | None:
-        if log := logs_of.read(path, columns or {}):
-            points, used = logs_of.steady(log)
+        if log := flight_log_in(path, columns or {}):
+            points, used = measurements.steady(log)
             flown.append(log)
             shares = [*log.shares(used, "are steady")]
             notes.extend((f"{log.source}: {log.format}", *log.notes, *shares))

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from optuav.calibration.fit import Fit, Panel
-from optuav.calibration.logs import FlightLog
+from optuav.calibration.logs.flight_log import FlightLog
 from optuav.errors import InputError
 from optuav.looks import PHASES
 from optuav.mission.messages import of_kind

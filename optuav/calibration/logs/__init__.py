@@ -1,0 +1,1 @@
+"""Flight logs, and what fits use of them."""

@@ -1,0 +1,56 @@
+"""Measurements that fits use, from flight logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats
+from optuav.calibration import csv
+from optuav.calibration.logs.flight_log import FLIGHT, HOVER, LASTING_S, FlightLog, runs
+from optuav.mission.files import refusal
+
+STEADY_m_s = 0.5  # largest standard deviation of a speed that is steady
+FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
+NO_VOLTAGE = "has no voltage: without it currents give no power"
+
+
+def steady(log: FlightLog) -> tuple[csv.Measurements, Booleans]:
+    """Points of steady level flight and hover, mean speed and power of each, and their samples."""
+    time_s, current_A, voltage_V, speed_m_s, *_ = log.samples
+    if not np.isfinite(voltage_V).any():
+        raise refusal(Path(log.source), NO_VOLTAGE)
+    speeds, powers, used = list[float](), list[float](), np.zeros(len(time_s), bool)
+    for phase in (HOVER, FLIGHT):
+        for run in runs(log.phase == phase):
+            count = int((time_s[run[-1]] - time_s[run[0]]) // LASTING_S)
+            for part in np.array_split(run, count) if count else ():
+                known = np.isfinite(speed_m_s[part] * voltage_V[part])
+                if known.sum() < 2 or np.std(speed_m_s[part]) > STEADY_m_s:
+                    continue
+                used[part] = True
+                speeds.append(float(np.mean(speed_m_s[part])) if phase == FLIGHT else 0.0)
+                powers.append(float(np.mean(current_A[part] * voltage_V[part])))
+    numbers = {"speed": np.array(speeds), "power": np.array(powers)}
+    return _measurements(log.source, {"speed": "speed", "power": "power"}, numbers), used
+
+
+def discharge(log: FlightLog) -> csv.Measurements:
+    """The record of a discharge of one pack, or a refusal if it is not one from full to cut-off."""
+    charge = log.samples.charge[np.isfinite(log.samples.charge)]
+    if len(charge) and (charge[0] < FULL or charge[-1] > EMPTY):
+        words = f"a record of one discharge, from at least {FULL:.0%} to at most {EMPTY:.0%}"
+        ends = f"the log goes from {charge[0]:.0%} to {charge[-1]:.0%}"
+        raise refusal(Path(log.source), f"{words} of the charge; {ends}".replace("%", " %"))
+    numbers = {"time": log.samples.time_s, "current": log.samples.current_A / log.packs}
+    return _measurements(log.source, {"time": "time", "current": "current"}, numbers)
+
+
+def _measurements(
+    source: str, kinds: Mapping[str, str], numbers: Mapping[str, Floats]
+) -> csv.Measurements:
+    """Numbers in SI units as a file of optuav would state them, numbered from 1."""
+    lines = tuple(range(1, 1 + len(next(iter(numbers.values())))))
+    return csv.Measurements(source, kinds, dict.fromkeys(kinds, 1.0), lines, numbers, {})
