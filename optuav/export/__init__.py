@@ -25,7 +25,7 @@ class Step(NamedTuple):
     way: tuple[Position, ...]
     duration_s: float
     peak_speed_m_s: float  # 0 in a stay
-    level_speed_m_s: float = 0.0  # The horizontal part of it, which autopilots are told
+    level_speeds_m_s: tuple[float, ...] = ()  # Horizontal, of each piece of the way, for autopilots
 
 
 class Flight(NamedTuple):

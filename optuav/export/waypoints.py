@@ -44,10 +44,13 @@ def items(flight: Flight, climb_m: float) -> Iterator[Item]:
         if step.kind == "hover":
             yield at(LOITER_TIME, end, stay_s=step.duration_s)
             continue
-        speed_m_s = max(step.level_speed_m_s, SLOWEST_M_S)
-        yield Item(CHANGE_SPEED, (GROUND_SPEED, speed_m_s, KEEP_THROTTLE))
-        yield from (at(WAYPOINT, point) for point in step.way[1:-1])
-        yield at(WAYPOINT, end, climb_m * (step is flight.steps[-1]))
+        told_m_s = 0.0
+        for point, level_m_s in zip(step.way[1:], step.level_speeds_m_s, strict=True):
+            speed_m_s = max(level_m_s, SLOWEST_M_S)
+            if speed_m_s != told_m_s:
+                yield Item(CHANGE_SPEED, (GROUND_SPEED, speed_m_s, KEEP_THROTTLE))
+            told_m_s, last = speed_m_s, point is end and step is flight.steps[-1]
+            yield at(WAYPOINT, point, climb_m * last)
     yield at(LAND, flight.end)
 
 
@@ -68,7 +71,9 @@ def plan(flight: Flight, climb_m: float, altitude_m: float, notes: Sequence[str]
         listed.append(item)
     longitude_deg, latitude_deg, z_m, _ = flight.start
     home = [latitude_deg, longitude_deg, round(z_m + altitude_m, 6)]
-    fastest_m_s = max(SLOWEST_M_S, *(step.level_speed_m_s for step in flight.steps))
+    fastest_m_s = max(
+        SLOWEST_M_S, *(speed for step in flight.steps for speed in step.level_speeds_m_s)
+    )
     document = {
         "fileType": "Plan",
         "version": 1,

@@ -17,13 +17,14 @@ import numpy as np
 from optuav.errors import Fault, InputError, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
-from optuav.judge.autopilot import SUFFIXES, StatedFlight, StatedStep, flight_of
+from optuav.judge.autopilot import SUFFIXES, flight_of
 from optuav.judge.course import TOLERANCE, Course
+from optuav.judge.stated_flight import StatedFlight, StatedStep
 from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
 from optuav.mission import Mission, load
 from optuav.mission.earth import DEGREES, plane, stated_system, system_in_metres
 from optuav.mission.files import label, refusal
-from optuav.mission.messages import path_of, shown
+from optuav.mission.messages import path_of, plural, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
@@ -188,6 +189,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
             words = f"takes off downwards, by {home[2] - goal.at_m[2]:.0f} m"
             notes.append(f"{each.item} {words}: are its heights over home, not above the sea?")
         break
+    notes += _below_ground(goals)
     last = flight.steps[-1]
     if last.kind not in ("land", "return") and goals[-1].at_m[2] > home[2]:
         notes.append(f"the plan ends in the air at {last.item}, without a landing")
@@ -195,6 +197,16 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     if not flown:
         raise refusal(file, "has no item that flies anywhere")
     return FlightPlan(mission, flown, notes)
+
+
+def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
+    """Yield a sentence on the places below z = 0, where a mission has its ground."""
+    below = [goal for goal in goals if goal.at_m[2] < -ROUNDING_m]
+    if below:
+        lowest = min(below, key=lambda goal: goal.at_m[2])
+        items = plural(len({goal.item for goal in below}), "item")
+        words = "optuav knows no terrain and does not see whether the ground is lower there"
+        yield f"{items} below z = 0, {lowest.item} by {-lowest.at_m[2]:.1f} m: {words}"
 
 
 def _goals(

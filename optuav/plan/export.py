@@ -135,24 +135,28 @@ def course_of(plan: PlanData) -> PlanOnEarth:
             )
             if phase.kind == "flight":
                 way = (places[phase.start_place], *way)
-            speeds_m_s = phase.peak_speed_m_s, level_speed_m_s(mission, phase, at_m)
+            speeds_m_s = phase.peak_speed_m_s, level_speeds_m_s(mission, phase, at_m)
             steps.append(Step(phase.kind, end, way, phase.duration_s, *speeds_m_s))
     notes = (NOT_FLOWN, *plan.faults, *altitude_told(mission))
     return PlanOnEarth(mission.name, notes, altitude_m_of(mission), tuple(steps), route[0])
 
 
-def level_speed_m_s(mission: Mission, phase: Phase, at_m: Mapping[str, Floats]) -> float:
-    """The largest horizontal speed of a leg where the model cruises, else its largest speed."""
-    model = mission.flight_model
-    if phase.kind != "flight" or phase.edited or not isinstance(model, CruisingModel):
-        return phase.peak_speed_m_s
-    ends_m = at_m[phase.start_place], *phase.waypoints_m, at_m[phase.end_place]
+def level_speeds_m_s(
+    mission: Mission, phase: Phase, at_m: Mapping[str, Floats]
+) -> tuple[float, ...]:
+    """Horizontal speed of every piece of a leg where the model cruises, else its largest speed."""
+    model, pieces = mission.flight_model, len(phase.waypoints_m) + 1
+    if phase.kind != "flight":
+        return ()
+    if phase.edited or not isinstance(model, CruisingModel):
+        return (phase.peak_speed_m_s,) * pieces
     if phase.speeds_m_s:
-        return max(phase.speeds_m_s)
+        return tuple(phase.speeds_m_s)
+    ends_m = at_m[phase.start_place], *phase.waypoints_m, at_m[phase.end_place]
     ways_m = np.diff(np.array(ends_m, dtype=float), axis=0)
     peaks_m_s = [float(model.leg((x, y, z)).peak_speed_m_s) for x, y, z in ways_m.tolist()]
     lengths_m = np.maximum(np.linalg.norm(ways_m, axis=1), TINY)
-    return float((peaks_m_s * np.hypot(*ways_m[:, :2].T) / lengths_m).max())
+    return tuple((peaks_m_s * np.hypot(*ways_m[:, :2].T) / lengths_m).tolist())
 
 
 def altitude_m_of(mission: Mission) -> float:

@@ -1,0 +1,174 @@
+"""Items of a MAVLink mission as a flight.
+
+Commands are those of https://mavlink.io/en/messages/common.html (MAV_CMD).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from optuav.errors import Fault, InputError, refuse
+from optuav.judge.stated_flight import EARTH, MOST_PLACES, Kind, StatedFlight, StatedStep, on_earth
+from optuav.mission.files import label, refusal
+from optuav.mission.messages import shown
+
+WAYPOINT, LOITER_FOR_EVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND = 16, 17, 18, 19, 20, 21
+TAKE_OFF, LOITER_TO_ALTITUDE, SPLINE, DELAY, CHANGE_SPEED = 22, 31, 82, 93, 178
+CONDITION_DELAY = 112
+DELAYS = DELAY, CONDITION_DELAY
+SILENT = {115, 195, 196, 197, 201, 203, 204, 205, 206, 211, 212, 213, 214, 530, 532, 2000, 2001}
+SILENT |= {183, 184, 206, 207, 215, 2500, 2501, 530, 531, 1000, 181, 182}
+"""Cameras, gimbals, headings, relays and fences, which change neither the way nor the time."""
+REFUSED = {
+    177: "DO_JUMP, which flies a part again",
+    84: "a take-off of a VTOL",
+    85: "a landing of a VTOL",
+    3000: "a transition of a VTOL",
+    33: "FOLLOW, which no plan knows beforehand",
+    92: "GUIDED, which another computer flies",
+}
+NO_ITEMS = -1  # Stands for the command of a pattern that carries no items
+KINDS: dict[int, Kind] = {
+    **{WAYPOINT: "pass", TAKE_OFF: "take-off", LAND: "land", RETURN: "return"},
+    **{LOITER_TIME: "hover", LOITER_FOR_EVER: "hover"},
+    **dict.fromkeys((LOITER_TURNS, LOITER_TO_ALTITUDE, SPLINE), "pass"),
+}
+STAYING = WAYPOINT, LOITER_TIME, *DELAYS
+ABSOLUTE, TERRAIN, NOWHERE = (0, 5), (10, 11), 2
+"""Frames of heights: above mean sea level, over terrain; no place at all."""
+AS_BEFORE = (-1.0, -2.0)  # Speeds that stand for no change, and for the autopilot's own
+SPEED_WORDS = "a number, x > 0 [m/s]"
+
+
+class MavlinkItem(NamedTuple):
+    """An item: its name, command and frame, four parameters, and latitude, longitude, height."""
+
+    name: str
+    command: int
+    frame: int
+    numbers: tuple[float, ...]
+
+    @property
+    def no_change(self) -> bool:
+        """Whether a change of speed keeps the speed before."""
+        return self.numbers[1] in AS_BEFORE or math.isnan(self.numbers[1])
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether it states a place."""
+        latitude, longitude = self.numbers[4:6]
+        return bool(latitude or longitude) and not math.isnan(latitude + longitude)
+
+
+def flight_of_items(
+    file: Path,
+    home: tuple[float, float, float],
+    items: Sequence[MavlinkItem],
+    speed_m_s: float,
+    notes: list[str],
+) -> StatedFlight:
+    """The flight of items from home: longitude, latitude [deg], altitude [m]; and notes added.
+
+    Speeds are `speed_m_s` [m/s] until an item changes them. `InputError` with every item that is
+    not simple.
+    """
+    if len(items) > MOST_PLACES:
+        raise refusal(file, f"has more than {MOST_PLACES} items")
+    if not on_earth(*home[:2]):
+        raise InputError([Fault("home", shown(home[:2]), EARTH, label(file))])
+    if not any(home[:2]):  # Written without a position of the drone
+        known = ((item.numbers[5], item.numbers[4]) for item in items if item.frame != NOWHERE)
+        home = (*next((at for at in known if all(at)), home[:2]), math.nan)
+        notes.append("home is unknown: it is taken to be at the first place of the plan")
+    flown = [*_until_the_end(items, notes)]
+    refuse(_faults(flown, label(file)))
+    steps = _steps(flown, home, speed_m_s, notes)
+    if not steps:
+        raise refusal(file, "has no item that flies anywhere")
+    return StatedFlight(home[:2], home[2], tuple(steps), tuple(notes))
+
+
+def _until_the_end(items: Iterable[MavlinkItem], notes: list[str]) -> Iterator[MavlinkItem]:
+    """Yield the items up to the flight's end: a return, a loiter without end, a last landing."""
+    landed = ended = False
+    for item in items:
+        moves = item.command not in {*SILENT, *DELAYS, CHANGE_SPEED}
+        if moves and ended:
+            notes.append(
+                f"{item.name} and what follows come after the flight's end and are not flown"
+            )
+            return
+        if moves and landed and item.command not in {TAKE_OFF, *REFUSED, NO_ITEMS}:
+            notes.append(f"{item.name} and what follows come after a landing and are not flown")
+            return
+        if moves:
+            landed, ended = item.command == LAND, item.command in (RETURN, LOITER_FOR_EVER)
+        yield item
+
+
+def _faults(items: Iterable[MavlinkItem], source: str) -> Iterator[Fault]:
+    """Yield what is wrong with items."""
+    for name, command, _, numbers in items:
+        stay_s, speed_m_s, latitude, longitude, height_m = *numbers[:2], *numbers[4:]
+        if command in STAYING and stay_s < 0.0:
+            yield Fault(f"{name}, seconds", shown(stay_s), "a number, x >= 0 [s]", source)
+        elif command == CHANGE_SPEED and not (
+            speed_m_s in AS_BEFORE or math.isnan(speed_m_s) or 0.0 < speed_m_s < math.inf
+        ):
+            words = f"{SPEED_WORDS}, or −1 for the speed before"
+            yield Fault(f"{name}, speed", shown(speed_m_s), words, source)
+        elif command in REFUSED or command == NO_ITEMS:
+            words = REFUSED.get(command, "a pattern that carries no items")
+            yield Fault(name, "", f"is {words}; fly it as waypoints", source)
+        elif command in KINDS and command != RETURN:
+            if not math.isnan(latitude + longitude) and not on_earth(longitude, latitude):
+                yield Fault(name, shown((longitude, latitude)), EARTH, source)
+            elif not math.isfinite(height_m):
+                yield Fault(name, "", "a height as a number", source)
+
+
+def _steps(
+    items: Iterable[MavlinkItem],
+    home: tuple[float, float, float],
+    speed_m_s: float,
+    notes: list[str],
+) -> list[StatedStep]:
+    """The steps of items without faults, each at the speed that is then set."""
+    steps = list[StatedStep]()
+    for item in items:
+        name, command, frame, numbers = item
+        if command in DELAYS and steps and numbers[0] > 0.0:
+            steps[-1] = steps[-1]._replace(stay_s=steps[-1].stay_s + numbers[0])
+        elif command == CHANGE_SPEED and not item.no_change:
+            speed_m_s = numbers[1]
+        if command in {*SILENT, *DELAYS, CHANGE_SPEED}:
+            continue
+        if command not in KINDS:
+            notes.append(f"{name} has command {command}, which is not flown")
+            continue
+        kind = KINDS[command]
+        if command == TAKE_OFF and steps and steps[-1].kind == "land":
+            steps[-1] = steps[-1]._replace(kind="rest")
+        elif command == LOITER_FOR_EVER:
+            notes.append(f"{name} loiters without end: the flight is judged until it gets there")
+        elif command in (LOITER_TURNS, LOITER_TO_ALTITUDE, SPLINE):
+            notes.append(f"{name} is flown as a waypoint, by a straight line")
+        if frame in TERRAIN:
+            notes.append(f"{name} has its height over terrain; it is taken over home")
+        stay_s = numbers[0] if command in (WAYPOINT, LOITER_TIME) and numbers[0] > 0.0 else 0.0
+        speed = math.nan if command == TAKE_OFF else speed_m_s
+        longitude, latitude = numbers[5:3:-1] if item.elsewhere else (math.nan, math.nan)
+        step = StatedStep(
+            name, "hover" if stay_s else kind, longitude, latitude, numbers[6],
+            "sea" if frame in ABSOLUTE else "home", stay_s, speed,
+        )  # fmt: skip
+        if command == RETURN:
+            longitude, latitude = home[:2]
+            step = step._replace(
+                longitude_deg=longitude, latitude_deg=latitude, height_m=0.0, over="home"
+            )
+        steps.append(step)
+    return steps
