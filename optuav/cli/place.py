@@ -39,6 +39,10 @@ def place(
     for mission in missions:
         with collected(faults):
             loaded.append(mission_of(mission, settings))
+    if faults:
+        from optuav.siting.place_laser import option_faults
+
+        faults += option_faults(lasers, objective, at_least_s, perspective)
     refuse(faults)
     if save is not None and save.suffix.lower() != ".json":
         from optuav.plan.export import system_on_earth

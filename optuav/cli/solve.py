@@ -172,11 +172,11 @@ def export(plan: str, file: Path, climb_m: float | None = None, force: bool = Fa
     plan.
     """
     from optuav.mission.files import ending_of, write_files
-    from optuav.plan.export import SUFFIXES, exported
+    from optuav.plan.export import SUFFIXES, climb_faults, exported
 
     faults, saved = list[Fault](), None
     with collected(faults):
-        ending_of(file, *SUFFIXES, name="FILE")
+        faults += climb_faults(climb_m, ending_of(file, *SUFFIXES, name="FILE"))
     with collected(faults):
         saved = optuav.load_plan(plan)
     refuse(faults)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, require
+from optuav.errors import Fault, InputError, collected, refuse, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.judge.autopilot import SUFFIXES, flight_of
@@ -24,7 +24,7 @@ from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPha
 from optuav.mission import Mission, load
 from optuav.mission.earth import DEGREES, plane, stated_system, system_in_metres
 from optuav.mission.files import label, refusal
-from optuav.mission.messages import path_of, plural, shown
+from optuav.mission.messages import path_of, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
@@ -113,7 +113,15 @@ def read_flight(stated: str | Path, mission: Mission | str | Path) -> tuple[str,
     """The name of a file and its flight plan, flown by the drone of a mission."""
     words = "the path of a .plan, .waypoints or .kml"
     file = path_of(stated, "plan", words)
-    return label(file), placed(flight_of(file), load(mission), file)
+    flight, drone, faults = None, None, list[Fault]()
+    with collected(faults):
+        flight = flight_of(file)
+    with collected(faults):
+        drone = load(mission)
+    refuse(faults)
+    assert flight is not None
+    assert drone is not None
+    return label(file), placed(flight, drone, file)
 
 
 def is_flight(stated: object) -> bool:
@@ -200,13 +208,11 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
 
 
 def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
-    """Yield a sentence on the places below z = 0, where a mission has its ground."""
-    below = [goal for goal in goals if goal.at_m[2] < -ROUNDING_m]
-    if below:
-        lowest = min(below, key=lambda goal: goal.at_m[2])
-        items = plural(len({goal.item for goal in below}), "item")
-        words = "optuav knows no terrain and does not see whether the ground is lower there"
-        yield f"{items} below z = 0, {lowest.item} by {-lowest.at_m[2]:.1f} m: {words}"
+    """Yield a sentence on the lowest place if it is below z = 0, a mission's ground."""
+    lowest = min(goals, key=lambda goal: goal.at_m[2])
+    if lowest.at_m[2] < -ROUNDING_m:
+        place = f"{lowest.item} lies {-lowest.at_m[2]:.1f} m below z = 0"
+        yield f"{place}: optuav knows no terrain and cannot tell whether the ground is lower there"
 
 
 def _goals(

@@ -73,10 +73,7 @@ def exported(
     """Return the files of a plan's course; see `Plan.export`."""
     file = path_of(path)
     suffix = ending_of(file, *SUFFIXES)
-    faults = [] if climb_m is None else [*misfits(("climb_m", climb_m, CLIMB))]
-    if climb_m is not None and suffix in MAPS:
-        faults.append(Fault("climb_m", shown(climb_m), f"goes with {' and '.join(MISSIONS)}"))
-    refuse(faults)
+    refuse(climb_faults(climb_m, suffix))
     course = course_of(plan)
     if not (plan.flyable or force):
         why = "; ".join(plan.faults) or "its simulation failed or is missing; optuav audit"
@@ -99,6 +96,14 @@ def exported(
             (title, taken_off_with(charge), *notes),
         )  # fmt: skip
     return Exported(files, notes[1:])
+
+
+def climb_faults(climb_m: float | None, suffix: str) -> Iterator[Fault]:
+    """Yield the faults of a climb for files of a suffix."""
+    if climb_m is not None:
+        yield from misfits(("climb_m", climb_m, CLIMB))
+        if suffix in MAPS:
+            yield Fault("climb_m", shown(climb_m), f"goes with {' and '.join(MISSIONS)}")
 
 
 def with_heights_told(course: PlanOnEarth) -> PlanOnEarth:

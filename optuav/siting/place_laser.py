@@ -347,7 +347,8 @@ def place_laser(
     elif not faults:
         with collected(faults):
             table_m, names = candidates_of(candidates, loaded, step_m)
-    faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
+    faults += option_faults(lasers, objective, at_least_s, perspective)
+    faults += misfits(("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT))
     if not (progress is None or callable(progress)):
         faults.append(Fault("progress", shown(progress), "a function, or nothing"))
     refuse([*faults, *(fault for mission in loaded for fault in _unfit(mission, perspective))])
@@ -391,8 +392,11 @@ def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
     return table_m
 
 
-def _faults(
-    lasers: Any, objective: Any, at_least_s: Any, perspective: Any, gap: Any, time_limit_s: Any
+def option_faults(
+    lasers: Any,
+    objective: Any,
+    at_least_s: Any,
+    perspective: Any,
 ) -> Iterator[Fault]:
     """Yield the faults of options, each and together."""
     yield from misfits(("lasers", lasers, COUNT))
@@ -402,7 +406,6 @@ def _faults(
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:
         yield Fault("at_least_s", shown(at_least_s), "none but with objective 'covered'")
-    yield from misfits(("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT))
 
 
 def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:

@@ -124,3 +124,17 @@ def test_a_folder_whose_name_is_too_long_is_named(home: Path) -> None:
 )
 def test_what_is_no_text_is_not_printed(line: tuple[str, ...], name: str) -> None:
     assert f"{name} = '-': must be a name that ends in ." in refused(*line, "-")
+
+
+@pytest.mark.parametrize(
+    ("command", "faults"),
+    [
+        ("place nope --lasers 0 --candidates grid", ("nope", "--lasers = 0")),
+        ("export nope.json x.plan --climb-m 0", ("nope.json", "--climb-m = 0")),
+        ("audit nope.plan --mission nope", ("nope.plan", "nope: there is no such file; shipped")),
+    ],
+)
+def test_a_missing_file_hides_no_other_fault(command: str, faults: tuple[str, ...]) -> None:
+    """A user mends all faults at once."""
+    told = refused(*command.split())
+    assert all(fault in told for fault in faults)

@@ -207,6 +207,15 @@ def test_a_take_off_downwards_is_doubted(tmp_path: Path) -> None:
     assert any("item 1 takes off downwards, by 14 m" in note for note in subject.notes)
 
 
+def test_places_below_the_ground_are_told(tmp_path: Path) -> None:
+    """Home stands at z = 0; whether the ground is lower elsewhere, no mission knows."""
+    low = item(16, 0, 0, 0, None, 52.501, 13.4, -12.5)
+    _, subject = judged(plan(tmp_path, [SQUARE[0], low, SQUARE[-1]]))
+    assert any(note.startswith("item 2 lies 12.5 m below z = 0") for note in subject.notes)
+    _, subject = judged(plan(tmp_path, SQUARE))
+    assert not any("below z = 0" in note for note in subject.notes)
+
+
 def test_a_home_at_zero_is_unknown(tmp_path: Path) -> None:
     """As ground stations write it before the drone has a position; the first place counts."""
     text = WAYPOINTS.replace("52.5\t13.4\t34", "0\t0\t0").replace("3\t0\t0\t16", "3\t0\t3\t16")

@@ -365,3 +365,36 @@ def test_flights_of_a_mission_without_an_altitude_are_read_back(tmp_path: Path) 
     assert "building" not in {event.kind for event in replayed.violations}
     roof_m = plan.mission.buildings.roof_m[plan.mission.buildings.names.index(plan.route[2])]
     assert replayed.phases[0].start.position_m == pytest.approx(roof_m.tolist(), abs=1e-3)
+
+
+def test_every_piece_of_a_bent_leg_tells_its_own_speed(tmp_path: Path) -> None:
+    """A steep climb over a roof is slow over ground: at these speeds a leg lasts as planned.
+
+    The fastest piece's speed for all of them would fly the climb twice as fast as the drone can.
+    """
+    mission = optuav.load("relay-today").replace(BERLIN)
+    place: Any = mission.link.device_m
+    roof = {"name": "roof", "position_m": [0.53 * place[0], 0.53 * place[1], 140]}
+    walled = mission.replace(
+        {"buildings": [roof | {"footprint_m": [60, 60]}], "flight.obstacles": "over"}
+    )
+    plan = optuav.solve(walled, P1(trajectory="direct"))
+    (file,) = plan.export(tmp_path / "bent.waypoints")[:1]
+    here, flown_s, speeds_m_s = (
+        on_plane(waypoints(file)[0].y, waypoints(file)[0].x),
+        0.0,
+        list[float](),
+    )
+    for item in waypoints(file)[2:]:
+        if item.command == LOITER:
+            break
+        if item.command == SPEED:
+            speeds_m_s.append(item.param2)
+            continue
+        there = on_plane(item.y, item.x)
+        flown_s += float(np.hypot(there[0] - here[0], there[1] - here[1])) / speeds_m_s[-1]
+        here = there
+    (leg, *_) = (phase for phase in plan.phases if phase.kind == "flight")
+    assert len(leg.waypoints_m) == 1
+    assert 2.0 * speeds_m_s[0] < speeds_m_s[1]
+    assert 0.8 * leg.duration_s < flown_s < leg.duration_s
