@@ -9,6 +9,8 @@ import numpy.typing as npt
 Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
 Booleans: TypeAlias = npt.NDArray[np.bool_]
+Number: TypeAlias = float | Floats  # A number, or an array of them
+Truth: TypeAlias = np.bool_ | Booleans  # A truth value, or an array of them
 Values: TypeAlias = Mapping[str, Any]  # Numbers, or arrays with one entry a programme, by name
 
 

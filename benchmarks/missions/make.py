@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import optuav
-from optuav.judge.benchmark import FILE, Answer, checked
+from optuav.judge.benchmark import FILE, answer_of, checked
 from optuav.mission import benchmark
 from optuav.mission.files import write_text
 from optuav.solving.question import problem_of
@@ -55,7 +55,7 @@ def answers(recipe: benchmark.Recipe) -> Iterator[dict[str, Any]]:
     for problem in recipe.problems:
         for perspective in recipe.perspectives:
             found = answer(mission, problem, perspective)
-            known = Answer.of(found)
+            known = answer_of(found)
             result = checked(mission, known, known.hover_s, known.stops)
             assert not result.wrong, result
             yield found

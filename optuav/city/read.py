@@ -14,12 +14,12 @@ import pyproj
 import shapely
 
 from optuav.arrays import Floats, Integers
+from optuav.city.building_parts import built, in_place_of_outlines, underground
 from optuav.city.city import ON_EARTH, City, on_earth
 from optuav.city.cityjson import FARTHEST
 from optuav.city.files import features_of, own, placed, system_of
 from optuav.city.heights import OF_OPENSTREETMAP, heights, remarks_on
 from optuav.city.outlines import mended, parts_of
-from optuav.city.parts import built, in_place_of_outlines, underground
 from optuav.city.questions import in_feet, not_asked, nowhere, unknown_heights
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.fields import MOST_CORNERS, Range

@@ -22,12 +22,13 @@ from optuav.plugins import read_plugins
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit", "export"), "solve"),
-    **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
-    **{"formulate": "solve", "calibrate": "calibrate"},
+    **{"compare": "compare", "reproduce": "paper", "sensitivity": "uncertainty"},
+    **{"ledger": "paper", "formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
-    **dict.fromkeys(("power", "coverage", "size", "return", "robust"), "studies"),
-    **{"city": "city", "map": "studies", "place": "place", "sweep": "studies"},
-    **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
+    **{"power": "power", "coverage": "service", "size": "service", "return": "service"},
+    **{"robust": "uncertainty", "city": "city", "map": "map", "place": "place"},
+    **{"sweep": "sweep", "explore": "explore", "lessons": "lessons"},
+    "check-solutions": "benchmark",
 }
 """Every command, in the order of the help, with the module that has its function."""
 USAGE_ERROR: Any = typer.BadParameter.__base__  # of any wrong command line; it has no public name

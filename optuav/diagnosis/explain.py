@@ -12,12 +12,12 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
 from optuav.diagnosis.findings import ConstraintAtOptimum
+from optuav.diagnosis.in_words import limit
 from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_in
 from optuav.diagnosis.key_prices import key_prices
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation
-from optuav.diagnosis.sentences import limit
 from optuav.engines.registry import Engine, engine_names
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 from formulations.soc import LABELS
 from optuav.diagnosis.findings import ConstraintAtOptimum, Findings
-from optuav.diagnosis.infeasibility import Certificate, Conflict
-from optuav.diagnosis.sentences import binding
-from optuav.diagnosis.wording import (
+from optuav.diagnosis.in_words import (
     UNDECIDED,
+    binding,
     constraint_words,
     gain_figure,
     key_of,
     price_words,
     symbol_and_value,
 )
+from optuav.diagnosis.infeasibility import Certificate, Conflict
 from optuav.plan.summary import question_blocks
 from optuav.presentation.blocks import Block, Facts, Fold, Table
 from optuav.presentation.numbers import percent, with_unit

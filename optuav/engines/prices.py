@@ -349,7 +349,8 @@ def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) ->
     Values of unknowns and parameters by name, multipliers by label, of equalities signed.
     """
     rows, done = evaluated(model, values), dict[int, Operand]()
-    violation = float(np.max([0.0, *(-row.slack / max(1.0, abs(row.right)) for row in rows)]))
+    relative = (-row.slack / max(1.0, abs(float(row.right))) for row in rows)
+    violation = float(np.max([0.0, *relative]))
     if not multipliers or any(map(math.isnan, multipliers.values())):
         return Residuals(violation + 0.0)
     names = [variable.name for variable in model.variables]
@@ -357,7 +358,7 @@ def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) ->
     negative, products = [0.0], [0.0]
     for row in rows[: len(model.constraints)]:
         weight, relation = multipliers.get(row.label, 0.0), row.constraint.relation
-        products.append(abs(weight * row.slack))
+        products.append(abs(weight * float(row.slack)))
         negative.append(0.0 if relation.sense == "==" else -weight)
         gap, _ = _gap(relation, values, done)
         steepness -= weight * relation.signs[0] * _rate(gap, names)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Floats, Values
+from optuav.arrays import Floats, Number, Values
 from optuav.engines import prices
 from optuav.engines.linear_form import own_bounds
 from optuav.engines.prices import Residuals, ShadowPrices
@@ -80,7 +80,7 @@ class Solution(Presented):
     duals: Sequence[Mapping[str, float]] | None = ()
     beyond: Floats | None = None
     words: Sequence[str] = ()
-    given: Values = field(default_factory=dict)
+    given: Mapping[str, Number] = field(default_factory=dict)
 
     @cached_property
     def model(self) -> Model:
@@ -185,7 +185,7 @@ class Solution(Presented):
         (status,) = self.statuses
         return status
 
-    def parameters_at(self, index: int) -> dict[str, Operand]:
+    def parameters_at(self, index: int) -> dict[str, Number]:
         """Values of all parameters in a programme, by name."""
         values = {**{n: p.value for n, p in self.declared.given.items()}, **self.given}.items()
         return {name: value[index] if np.ndim(value) else value for name, value in values}
@@ -210,7 +210,8 @@ class Solution(Presented):
             return ()
         if rows is None:
             rows = evaluated(self.declared, self._at(index))
-        near = (row for row in rows if abs(row.slack) <= TIGHT * max(1.0, abs(row.right)))
+        sizes = ((row, abs(float(row.slack)), abs(float(row.right))) for row in rows)
+        near = (row for row, slack, right in sizes if slack <= TIGHT * max(1.0, right))
         binding = (row.label for row in near if has_unknowns(*row.constraint.relation.sides))
         return tuple(dict.fromkeys(binding))
 

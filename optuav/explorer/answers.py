@@ -12,9 +12,17 @@ import numpy as np
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain_plan
+from optuav.diagnosis.in_words import (
+    KeyWithoutEffect,
+    curve,
+    gain_figure,
+    header,
+    idle,
+    key_of,
+    price_words,
+    symbol_and_value,
+)
 from optuav.diagnosis.report import Explanation
-from optuav.diagnosis.sentences import KeyWithoutEffect, curve, header, idle
-from optuav.diagnosis.wording import gain_figure, key_of, price_words, symbol_and_value
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets

@@ -47,18 +47,18 @@ class Answer:
     stops: tuple[Stop, ...] = ()
     reasons: tuple[str, ...] = ()  # For no plan
 
-    @classmethod
-    def of(cls, data: dict[str, Any]) -> Answer:
-        """The answer of plain data."""
-        stops = tuple(Stop(*stop) for stop in data.get("stops", ()))
-        return cls(**{**data, "stops": stops, "reasons": tuple(data.get("reasons", ()))})
+
+def answer_of(data: dict[str, Any]) -> Answer:
+    """The answer of plain data."""
+    stops = tuple(Stop(*stop) for stop in data.get("stops", ()))
+    return Answer(**{**data, "stops": stops, "reasons": tuple(data.get("reasons", ()))})
 
 
 @cache
 def answers() -> dict[Asked, Answer]:
     """The best known answers to all problems of the set, in its order."""
     data = parse_json(read_text(FILE, LARGEST_BYTES), FILE.name)["answers"]
-    return {(x.mission, x.problem, x.perspective): x for x in map(Answer.of, data)}
+    return {(x.mission, x.problem, x.perspective): x for x in map(answer_of, data)}
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class CheckedSolution:
     wrong: tuple[str, ...]  # Why it does not hold; empty if it does
     verdict: str  # In a few words, also compared with the best known answer
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The same as plain data, with the gaps to the best known value and to the bound [s]."""
         known, hover_s = self.answer, self.hover_s
         values = known.hover_s, known.bound_s

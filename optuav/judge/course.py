@@ -5,13 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, Number
 from optuav.judge.timeline import SimulatedPhase, motion
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import kibam, packs
 from optuav.physics.kibam import Battery, Wells, held, holding_current
-from optuav.physics.quantity import Quantity
 from optuav.plan.trace import FlightEvent, Trace
 
 TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
@@ -41,7 +40,7 @@ class WellStretch(NamedTuple):
         """End, counted from take-off [s]."""
         return self.start_s + self.duration_s
 
-    def wells(self, pack: Battery, passed_s: Quantity) -> list[Wells]:
+    def wells(self, pack: Battery, passed_s: Number) -> list[Wells]:
         """Wells of every pack [A s] at moments since the start [s].
 
         A well that is held full stays as it is: the charger makes up for what seeps away.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from optuav.errors import Fault, InputError
 from optuav.frames import DataFrame, frame
@@ -103,7 +102,7 @@ class CheckedSolutions(Presented):
         hold = sum(not solution.wrong for solution in self.solutions)
         return f"{hold} of {len(self.solutions)} solutions hold"
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The verdict as plain data: strings, numbers, truth values, lists, dicts and None."""
         rows = [solution.to_dict() for solution in self.solutions]
         head = {"source": self.source, "all_hold": bool(self)}

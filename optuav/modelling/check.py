@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optuav.arrays import Values, plain
+from optuav.arrays import Number, Truth, Values, plain
 from optuav.errors import Fault, InputError, for_console, refuse, shown
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.declaration import Constraint
@@ -51,10 +51,10 @@ class Check:
     """
 
     constraint: Constraint
-    left: Operand
-    right: Operand
-    slack: Operand
-    satisfied: Operand
+    left: Number
+    right: Number
+    slack: Number
+    satisfied: Truth
     points: str = ""
     names: tuple[str, ...] = ()
 
@@ -183,7 +183,7 @@ def relations(model: Model) -> Sequence[Constraint]:
     return rows
 
 
-def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
+def holding(sense: Sense, left: Number, right: Number) -> Truth:
     """Return whether two values satisfy a relation, within `TOLERANCE`."""
     allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
     if sense == ">=":

@@ -84,8 +84,8 @@ class PaperStatement:
     stated: str
     unit: str = ""
     how: str
-    compute: Sequence[Any] = ()
-    room: Sequence[Any] = ()
+    compute: Sequence[object] = ()
+    room: Sequence[object] = ()
     flight: str = ""
     reason: str = ""
     undecided: str = ""
@@ -330,7 +330,7 @@ def _entry(paper: PaperStatement) -> Entry:
     """A statement with its values; None for a mission of another flight model than it states."""
     values = list[Any]()
     for name, *options in filter(None, (paper.compute, paper.room)):
-        function = FORMULAS.get(name) or globals()[name]
+        function = FORMULAS.get(str(name)) or globals()[str(name)]
         for mission in PAPERS:
             defined = paper.flight in ("", mission.flight.model)
             values.append(function(mission, *options) if defined else None)

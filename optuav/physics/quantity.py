@@ -1,4 +1,4 @@
-"""The types that the physics functions compute with, and helpers for them."""
+"""`Quantity`, the type that formulas take and give, and the functions that many of them share."""
 
 from collections.abc import Callable
 from functools import lru_cache, wraps

@@ -93,7 +93,7 @@ class Plan(Presented, PlanData):
         """The plan as an aligned block of text."""
         return str(self)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The plan as plain data: strings, numbers, lists, dicts and None.
 
         It has the fields of the plan with its mission inside; times and route are repeated for the
@@ -102,7 +102,7 @@ class Plan(Presented, PlanData):
         """
         return self._data(Path())
 
-    def _data(self, file: Path) -> dict[str, Any]:
+    def _data(self, file: Path) -> dict[str, object]:
         """The plan as plain data, which names a table by its path from the folder of a file."""
         unstated = {name for name in OBJECTIVE if getattr(self, name) in (None, "")}
         data = self.model_dump(mode="json", exclude={"mission", *unstated})

@@ -167,7 +167,7 @@ class Plane(NamedTuple):
     def _binding(self, rest_s: float, hover_s: float) -> Iterator[str]:
         """The labels of the constraints that hold with equality at a point."""
         for row in self._rows(hover_s, rest_s):
-            if abs(row.slack) <= BINDS * max(1.0, abs(row.right)):
+            if abs(float(row.slack)) <= BINDS * max(1.0, abs(float(row.right))):
                 yield row.constraint.label
 
     @np.errstate(over="ignore", invalid="ignore")

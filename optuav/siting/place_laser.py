@@ -125,7 +125,7 @@ class Siting(Presented):
             return mission
         return mission.replace({"laser.position_m": self.position_m[laser].tolist()})
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The answer as plain data, ready for JSON; None for a hover without a plan."""
         candidate_hover_s, hover_s = (
             [[None if isnan(hover_s) else hover_s for hover_s in row] for row in table.tolist()]

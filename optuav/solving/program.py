@@ -1,14 +1,17 @@
 """A program: the declared models of a question, to be printed, checked, solved and compiled."""
 
+from __future__ import annotations
+
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Never, SupportsIndex, overload
 
 import numpy as np
+import numpy.typing as npt
 
 from formulations.soc import AVAILABLE
 from optuav.arrays import Floats, Integers, plain
@@ -40,6 +43,9 @@ from optuav.solving.route_models import RouteModel, declarations, permitted_rout
 from optuav.solving.route_plan import plan_of, replayed
 from optuav.status import Status
 
+if TYPE_CHECKING:
+    import pyomo.environ
+
 MOST_REASONS = 10  # blocked legs that are named one by one
 ENDLESS = (
     "no constraint keeps the objective finite: "
@@ -47,7 +53,7 @@ ENDLESS = (
 )
 
 
-def declared_program(question: Question, network: Network) -> "Program":
+def declared_program(question: Question, network: Network) -> Program:
     """The question as a program; without parts, and with reasons, where nothing can be flown."""
     parts, reasons = list[RouteModel](), impossibilities(network)
     variants = as_variants(network)
@@ -100,7 +106,13 @@ class NoParts(tuple[RouteModel, ...]):
 
     reasons: tuple[str, ...] = ()
 
-    def __getitem__(self, place: Any) -> Any:
+    @overload
+    def __getitem__(self, place: SupportsIndex) -> Never: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> tuple[RouteModel, ...]: ...
+
+    def __getitem__(self, place: SupportsIndex | slice) -> tuple[RouteModel, ...]:
         if isinstance(place, slice):
             return super().__getitem__(place)
         raise NoPlanError(f"nothing can be flown: {'; '.join(self.reasons)}")
@@ -246,7 +258,7 @@ class Program:
         remarks = [printable(mission), printable(f"route {route}"), *best]
         return write(part.model, part.model.row(entry), remarks)
 
-    def to_pyomo(self) -> Any:
+    def to_pyomo(self) -> pyomo.environ.ConcreteModel:
         """The programme of the best route with numbers, as a model of Pyomo (extra ``pyomo``).
 
         Returns
@@ -289,7 +301,7 @@ class Program:
             chosen = shortest_flight(self.network, self.parts)
         return chosen, [f"{said} of {count} routes, each a programme of its own"]
 
-    def check(self, point: Mapping[str, Any]) -> Checks:
+    def check(self, point: Mapping[str, npt.ArrayLike]) -> Checks:
         """Every constraint at a point, from wherever it comes, evaluated in NumPy.
 
         Parameters
@@ -481,7 +493,7 @@ class Program:
             prices[name] = ShadowPrice(*sides)
         return ShadowPrices(prices, parameters)
 
-    def compile(self, engine: str | Engine | None = None) -> "CompiledProgram":
+    def compile(self, engine: str | Engine | None = None) -> CompiledProgram:
         """Hand the models to an engine once, by default the question's, to be solved often.
 
         Raises
@@ -522,11 +534,11 @@ class CompiledProgram:
         # Where the itineraries have several declarations, an array is of none of them.
         self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[type[CompiledProgram], tuple[Program, Question]]:
         """Copies and pickles are compiled again: an engine's preparations stay with it."""
         return type(self), (self.program, self.question)
 
-    def solve(self, **values: Any) -> Solution:
+    def solve(self, **values: npt.ArrayLike) -> Solution:
         """Solve again with other values of named parameters, the rest as in the mission.
 
         Parameters
@@ -550,7 +562,10 @@ class CompiledProgram:
         objections = ((n, v, self._objection(n, v)) for n, v in values.items())
         if faults := [Fault(n, shown(v), words) for n, v, words in objections if words]:
             raise InputError(faults)
-        numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
+        numbers = {
+            n: np.array(v, float) if np.ndim(v) else np.asarray(v, float).item()
+            for n, v in values.items()
+        }
         solutions = list[Solution]()
         for engine, part, solve in self._compiled:
             solution = solve(numbers)
@@ -573,7 +588,7 @@ class CompiledProgram:
         solution.verify(entry)
         return solution if len(solution.statuses) == 1 else solution.only(entry)
 
-    def _objection(self, name: str, value: Any) -> str:
+    def _objection(self, name: str, value: npt.ArrayLike) -> str:
         """Return the fault of a parameter's value; empty without a fault."""
         if name not in self._parameters:
             hint, known = nearest(name, self._parameters), ", ".join(self._parameters)

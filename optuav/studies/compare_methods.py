@@ -4,12 +4,14 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from math import inf
+from typing import NamedTuple, NotRequired, TypedDict
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
+from optuav.arrays import Values
 from optuav.engines.linear_form import WHOLE as SLOT_TOLERANCE
 from optuav.errors import SolverError
 from optuav.mission import Mission
@@ -23,7 +25,7 @@ from optuav.presentation.numbers import NONE, fixed
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
 from optuav.studies.processes import run_tasks
-from optuav.studies.results import Comparison, Pictures, Row
+from optuav.studies.results import ComparedAnswer, Comparison, Pictures
 
 ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5), "casadi": 1e-4}
 """Tolerance of an engine's answer [s], up to `LONG_S` and in proportion beyond."""
@@ -40,6 +42,46 @@ Progress = Callable[[int, int, str], None]
 Bound = tuple[int | None, str]
 """Number of slots that Δ in slots may lose to continuous times, None for no bound; and why."""
 Bounds = dict[float, Bound]  # By length of slots [s]
+
+
+class ComparedMethod(NamedTuple):
+    """A method: an engine, in slots or in continuous times."""
+
+    name: str
+    engine: str
+    slot_s: float | None
+    perspective: Perspective
+
+
+class TimeTaken(TypedDict):
+    """The time that an answer took [s], if it was asked for."""
+
+    time_s: NotRequired[float]
+
+
+class MethodAnswer(ComparedAnswer, TimeTaken):
+    """A row of a comparison of methods: a problem, a method and its answer.
+
+    Hover, rest and gap are None without a plan, `agrees` if the engine failed, the largest gap that
+    theory allows if there is none, and the bound of the relaxation unless a MILP chose the route.
+    """
+
+    problem: str
+    building: str | None
+    order: str | None
+    method: str
+    engine: str
+    slot_s: float | None
+    perspective: Perspective
+    relaxation_s: float | None
+    proof: str
+    words: str
+    rest_time_s: float | None
+    gap_s: float | None
+    allowance_s: float
+    largest_gap_s: float | None
+    agrees: bool | None
+    why: str | None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -64,6 +106,7 @@ class MethodComparison(Comparison):
     """
 
     kind = "optuav comparison"
+    rows: tuple[MethodAnswer, ...]
     perspective: Perspective
     agrees: bool
     disagreements: tuple[str, ...]
@@ -131,9 +174,10 @@ class MethodComparison(Comparison):
             solved = [row for row in cells if row["gap_s"] is not None]
             gap, limit = NONE, NONE
             if solved:
-                worst = max(solved, key=lambda row: abs(row["gap_s"]))
+                worst = max(solved, key=lambda row: abs(row["gap_s"] or 0.0))
                 limit_s = worst["largest_gap_s"] if worst["slot_s"] else worst["allowance_s"]
-                limit, gap_s = "no bound" if limit_s is None else f"{limit_s:g}", worst["gap_s"]
+                limit = "no bound" if limit_s is None else f"{limit_s:g}"
+                gap_s = worst["gap_s"] or 0.0
                 short = f"{abs(gap_s):.0e}" if gap_s else "0"
                 gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
             agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
@@ -160,15 +204,19 @@ class MethodComparison(Comparison):
         from optuav import plots
         from optuav.plots.style import drawable
 
-        slotted = [row for row in self.rows if row["slot_s"] and row["gap_s"] is not None]
-        lost: dict[tuple[str, str], float] = {}
-        for row in sorted(slotted, key=lambda row: row["slot_s"]):
-            key = f"{row['slot_s']:g} s", row["problem"]
-            lost[key] = max(lost.get(key, 0.0), 100.0 * row["gap_s"] / row["slot_s"])
+        lost, bounds = dict[tuple[float, str], float](), list[float]()
+        for row in self.rows:
+            slot_s, gap_s = row["slot_s"], row["gap_s"]
+            if slot_s and gap_s is not None:
+                key = slot_s, row["problem"]
+                lost[key] = max(lost.get(key, 0.0), 100.0 * gap_s / slot_s)
+                if largest_s := row["largest_gap_s"]:
+                    bounds.append(largest_s / slot_s)
         if lost:
-            bars = [plots.Bar(*key, percent) for key, percent in lost.items()]
-            bounds = [
-                row["largest_gap_s"] / row["slot_s"] for row in slotted if row["largest_gap_s"]
+            # A stable order: of slots of one length, the problems as in the rows
+            bars = [
+                plots.Bar(f"{slot_s:g} s", problem, lost[slot_s, problem])
+                for slot_s, problem in sorted(lost, key=lambda key: key[0])
             ]
             level = plots.Mark(100.0 * max(bounds), "bound of the theory") if bounds else None
             title = f"{drawable(self.mission.name)}: what whole slots cost at most, by their length"
@@ -176,7 +224,7 @@ class MethodComparison(Comparison):
             yield "gaps.png", plots.bars(bars, title=title, y_label=y_label, level=level)
 
 
-def _gap(cell: Row) -> str:
+def _gap(cell: MethodAnswer) -> str:
     """Return the gap of an answer in slots, marked where it disagrees."""
     if cell["agrees"] is None:
         return "failed"
@@ -204,7 +252,7 @@ def compare_methods(
     on_roofs = [P4(name, order=order) for name in mission.buildings.names for order in ORDERS]
     # From the last row to the first: (P1) takes longest, so that it begins first.
     problems: list[Formulation] = [P1(), *reversed(on_roofs), P3()]
-    rows, tell = list[Row](), progress or (lambda *_: None)
+    rows, tell = list[MethodAnswer](), progress or (lambda *_: None)
     reasons: dict[str, tuple[str, ...]] = {}
     tasks = [(mission, problem, perspective, methods, time_limit_s, times) for problem in problems]
     answers = run_tasks(_answers, tasks, workers)
@@ -231,25 +279,25 @@ def _answers(
     mission: Mission,
     problem: Formulation,
     perspective: Perspective,
-    methods: Sequence[Row],
+    methods: Sequence[ComparedMethod],
     time_limit_s: float | None,
     times: bool,
-) -> tuple[list[Row], tuple[str, ...]]:
+) -> tuple[list[MethodAnswer], tuple[str, ...]]:
     """Return a problem's rows, one per method, and the reasons if the reference has no plan."""
     for library in ("cvxpy", "casadi"):
-        if any(method["engine"] == library for method in methods):
+        if any(method.engine == library for method in methods):
             import_module(library)  # or the first time taken would include the import
-    subject = {"problem": problem.name, "building": problem.building, "order": problem.order}
     best_s, bounds = _optimum(mission, problem, methods)
-    rows, by_slot, reasons = list[Row](), dict[float, Row](), tuple[str, ...]()
+    rows, reasons = list[MethodAnswer](), tuple[str, ...]()
+    by_slot = dict[float, MethodAnswer]()
     for method in methods:
         begin = time.perf_counter()
         plan, words, relaxation_s = _solved(mission, problem, method, time_limit_s)
-        taken = {"time_s": time.perf_counter() - begin} if times else {}
-        row = {**subject, **method, **taken, "relaxation_s": relaxation_s}
-        row |= _answer(plan, words, method, methods[0]["method"], best_s, bounds)
-        if method["slot_s"] is not None:
-            row |= _mismatch(row, by_slot.setdefault(method["slot_s"], row))
+        taken_s = time.perf_counter() - begin if times else None
+        row = _answer(problem, method, plan, words, taken_s, relaxation_s)
+        _judge(row, plan, methods[0].name, best_s, bounds)
+        if method.slot_s is not None:
+            _note_mismatch(row, by_slot.setdefault(method.slot_s, row))
         if method is methods[0]:
             reasons = plan.reasons if plan is not None else (words,)
         rows.append(row)
@@ -258,8 +306,8 @@ def _answers(
 
 def _methods(
     slots_s: Sequence[float], perspective: Perspective, engines: Sequence[str]
-) -> Iterator[Row]:
-    """Yield the methods, the reference first: name, engine, and length of slots [s] or None."""
+) -> Iterator[ComparedMethod]:
+    """Yield the methods, the reference first, with the length of slots [s] or None."""
     wells = perspective == "battery"  # CasADi goes through both
     methods: list[tuple[str, str, float | None]]
     methods = [("closed form", "closed-form", None), ("bracket", "bracket", None)]
@@ -268,100 +316,139 @@ def _methods(
         methods += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
     for name, engine, length_s in methods:
         if engine in engines:
-            counted = "wells" if wells and engine == "casadi" else perspective
-            yield {"method": name, "engine": engine, "slot_s": length_s, "perspective": counted}
+            counted_by: Perspective = "wells" if wells and engine == "casadi" else perspective
+            yield ComparedMethod(name, engine, length_s, counted_by)
 
 
-def _name(row: Row) -> str:
+def _name(row: MethodAnswer) -> str:
     """Return the short name of a problem, for example "P4 b1 rest-first"."""
-    return " ".join(row[part] for part in ("problem", "building", "order") if row[part])
+    return " ".join(filter(None, (row["problem"], row["building"], row["order"])))
 
 
 def _optimum(
-    mission: Mission, problem: Formulation, methods: Sequence[Row]
+    mission: Mission, problem: Formulation, methods: Sequence[ComparedMethod]
 ) -> tuple[float | None, Bounds]:
     """Return the longest hover in continuous times [s], and what each length of slots may cost."""
-    program = formulate(mission, problem, **{n: methods[0][n] for n in ("perspective", "engine")})
+    reference = methods[0]
+    program = formulate(
+        mission, problem, perspective=reference.perspective, engine=reference.engine
+    )
     solutions = program.answers()
     chosen = program.best(solutions) if solutions else None
     if chosen is None:
         return None, {}
     (number, entry), model = chosen, program.parts[chosen[0]].model
-    slots_s = {method["slot_s"] for method in methods if method["slot_s"] is not None}
+    slots_s = {method.slot_s for method in methods if method.slot_s is not None}
     bounds = {slot_s: bound(model, model.row(entry), slot_s) for slot_s in slots_s}
     return solutions[number].point(entry)["hover_time_s"], bounds
 
 
 def _solved(
-    mission: Mission, problem: Formulation, method: Row, time_limit_s: float | None
+    mission: Mission, problem: Formulation, method: ComparedMethod, time_limit_s: float | None
 ) -> tuple[Plan | None, str, float | None]:
     """Return the plan of a method, or None and why its engine failed.
 
     CVXPY solves (P1) over all routes at once, which has a bound by its LP relaxation [s].
     """
-    options = {name: method[name] for name in ("perspective", "slot_s")}
-    options["time_limit_s"] = time_limit_s
     try:
-        if method["engine"] == "cvxpy" and isinstance(problem, P1):
-            choice = route_choice(mission, **options)
+        if method.engine == "cvxpy" and isinstance(problem, P1):
+            choice = route_choice(
+                mission,
+                perspective=method.perspective,
+                slot_s=method.slot_s,
+                time_limit_s=time_limit_s,
+            )
             return choice.plan, "", choice.relaxation_s
-        return solve(mission, problem, engine=method["engine"], **options), "", None
+        plan = solve(
+            mission,
+            problem,
+            perspective=method.perspective,
+            slot_s=method.slot_s,
+            engine=method.engine,
+            time_limit_s=time_limit_s,
+        )
+        return plan, "", None
     except SolverError as error:
         return None, str(error), None
 
 
 def _answer(
-    plan: Plan | None, words: str, method: Row, reference: str, best_s: float | None, bounds: Bounds
-) -> dict[str, Any]:
-    """Return a method's answer, whether it agrees with theory, and why."""
+    problem: Formulation,
+    method: ComparedMethod,
+    plan: Plan | None,
+    words: str,
+    taken_s: float | None,
+    relaxation_s: float | None,
+) -> MethodAnswer:
+    """Return a method's answer to a problem, not yet judged."""
     hover_s = plan.hover_time_s if plan else None
-    allowance_s = ACCURACY_S[method["engine"]] * max(1.0, (hover_s or 0.0) / LONG_S)
-    row: dict[str, Any] = {
+    taken: TimeTaken = {} if taken_s is None else {"time_s": taken_s}
+    return {
+        "problem": problem.name,
+        "building": problem.building,
+        "order": problem.order,
+        "method": method.name,
+        "engine": method.engine,
+        "slot_s": method.slot_s,
+        "perspective": method.perspective,
+        **taken,
+        "relaxation_s": relaxation_s,
         "status": "error" if plan is None else plan.status.value,
         "proof": "none" if plan is None else plan.proof,
         "words": words,
         "hover_time_s": hover_s,
         "rest_time_s": plan.rest_time_s if plan else None,
-        "gap_s": None if best_s is None or hover_s is None else best_s - hover_s,
-        "allowance_s": allowance_s,
-        **dict.fromkeys(("largest_gap_s", "agrees", "why")),
+        "gap_s": None,
+        "allowance_s": ACCURACY_S[method.engine] * max(1.0, (hover_s or 0.0) / LONG_S),
+        "largest_gap_s": None,
+        "agrees": None,
+        "why": None,
     }
+
+
+def _judge(
+    row: MethodAnswer, plan: Plan | None, reference: str, best_s: float | None, bounds: Bounds
+) -> None:
+    """Add to an answer its gap, whether it agrees with theory, and why."""
+    hover_s, slot_s, allowance_s = row["hover_time_s"], row["slot_s"], row["allowance_s"]
     if plan is None:
-        return row
+        return
     if best_s is None:
-        agrees = hover_s is None
-        words = f"no plan, as by the {reference}" if agrees else "a plan where none exists"
-        return row | {"agrees": agrees, "words": words}
-    if method["slot_s"] is None:
+        row["agrees"] = hover_s is None
+        agrees = f"no plan, as by the {reference}"
+        row["words"] = agrees if row["agrees"] else "a plan where none exists"
+        return
+    if hover_s is not None:
+        row["gap_s"] = best_s - hover_s
+    if slot_s is None:
         if hover_s is None:
-            return row | {"agrees": False, "words": f"no plan, but one with Δ = {best_s:.6g} s"}
-        words = f"{abs(best_s - hover_s):.3g} s from the {reference}"
-        return row | {"agrees": abs(best_s - hover_s) <= allowance_s, "words": words}
-    slots, why = bounds[method["slot_s"]]
-    largest_s = None if slots is None else slots * method["slot_s"]
+            row["agrees"], row["words"] = False, f"no plan, but one with Δ = {best_s:.6g} s"
+            return
+        row["agrees"] = abs(best_s - hover_s) <= allowance_s
+        row["words"] = f"{abs(best_s - hover_s):.3g} s from the {reference}"
+        return
+    slots, row["why"] = bounds[slot_s]
+    row["largest_gap_s"] = largest_s = None if slots is None else slots * slot_s
     gap_s = best_s - (hover_s or 0.0)  # where no slots fit, all of the hover is lost
     within = largest_s is None or gap_s <= largest_s + allowance_s
     limit = "no bound" if largest_s is None else f"bound {largest_s:g} s"
-    return row | {
-        "agrees": within and gap_s >= -allowance_s,
-        "words": f"{gap_s:.6g} s below continuous times, {limit}: {why}",
-        "why": why,
-        "largest_gap_s": largest_s,
-    }
+    row["agrees"] = within and gap_s >= -allowance_s
+    row["words"] = f"{gap_s:.6g} s below continuous times, {limit}: {row['why']}"
 
 
-def _mismatch(row: Row, other: Row) -> dict[str, Any]:
-    """Return what to change in a row if another method finds another answer in the same slots."""
-    hover_s, found_s = row["hover_time_s"], other["hover_time_s"]
-    if not row["agrees"] or not other["agrees"] or hover_s is found_s:
-        return {}
-    if None not in (hover_s, found_s) and abs(hover_s - found_s) <= row["allowance_s"]:
-        return {}
-    answer = "no plan" if found_s is None else f"Δ = {found_s:.6f} s"
-    return {"agrees": False, "words": f"{other['method']} finds {answer}"}
+def _note_mismatch(row: MethodAnswer, other: MethodAnswer) -> None:
+    """Note in a row if another method finds another answer in the same slots."""
+    hover_s, other_s = row["hover_time_s"], other["hover_time_s"]
+    if not row["agrees"] or not other["agrees"] or hover_s is other_s:
+        return
+    apart_s = inf if hover_s is None or other_s is None else abs(hover_s - other_s)
+    if apart_s <= row["allowance_s"]:
+        return
+    answer = "no plan" if other_s is None else f"Δ = {other_s:.6f} s"
+    row["agrees"], row["words"] = False, f"{other['method']} finds {answer}"
 
 
-def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
+def bound(model: Model, parameters: Values, slot_s: float) -> Bound:
     """Return how many slots a model that maximises the hover time may lose, and why.
 
     Let (Δ, T') be the optimum in continuous times, and H the horizon that the deadline leaves. If

@@ -1,25 +1,27 @@
 """The longest hover by perspective, by trajectory or by schedule of the packs, plan by plan."""
 
-import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NotRequired, TypedDict
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission
-from optuav.options import SCHEDULES, Perspective
+from optuav.options import SCHEDULES, Perspective, Schedule, Trajectory
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in
 from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.presentation.numbers import fixed
 from optuav.solving import solve
 from optuav.studies.compare_methods import Progress
-from optuav.studies.results import Comparison, Pictures, Row
+from optuav.studies.results import ComparedAnswer, Comparison, Pictures
 
+COMPARED_PERSPECTIVES: tuple[Perspective, ...] = (*PAPER, AVAILABLE)
+COMPARED_TRAJECTORIES: tuple[Trajectory, ...] = ("direct", "traj1", "traj2", "optimal")
 AXES: Mapping[str, tuple[str, ...]] = {
-    "perspective": (*PAPER, AVAILABLE),
-    "trajectory": ("direct", "traj1", "traj2", "optimal"),
+    "perspective": COMPARED_PERSPECTIVES,
+    "trajectory": COMPARED_TRAJECTORIES,
 }
 """Options to compare plans by, and their values in the order of the table."""
 PERIODS_S = (60.0,)
@@ -28,7 +30,6 @@ UNITS = {
     **{f"soc_{name}": "-" for name in PAPER},
     **{"route": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
 }
-FOUND = ("hover_time_s", "rest_time_s", "mission_time_s", "runs_dry_s", "overfull_s")
 GROUNDED = {
     "dry": "cannot be flown, no available charge is left then",
     "full": "cannot be flown, charging would drive the available well past full",
@@ -36,6 +37,32 @@ GROUNDED = {
     "no": "cannot be flown, optuav solve and optuav audit show why",
 }
 """Words in the column "flies" for a plan that cannot be flown, and their meaning."""
+
+
+class ComparedSetting(TypedDict):
+    """The setting of a plan: perspective and trajectory, or schedule and period."""
+
+    perspective: NotRequired[Perspective]
+    trajectory: NotRequired[Trajectory]
+    schedule: NotRequired[Schedule]
+    period_s: NotRequired[float | None]
+    brings_s: NotRequired[float | None]  # Gain of a schedule against the first one
+
+
+class PlanAnswer(ComparedAnswer, ComparedSetting):
+    """A row of a comparison of plans; moments and times are None without a plan."""
+
+    rest_time_s: float | None
+    mission_time_s: float | None
+    runs_dry_s: float | None
+    overfull_s: float | None
+    soc_energy: float | None
+    soc_adjusted: float | None
+    soc_battery: float | None
+    flyable: bool | None
+    proof: str
+    reasons: tuple[str, ...]
+    route: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -56,6 +83,7 @@ class PlanComparison(Comparison):
     """
 
     kind = "optuav comparison of plans"
+    rows: tuple[PlanAnswer, ...]
     by: tuple[str, ...]
     slot_s: float | None
     plans: tuple[Plan, ...] = field(repr=False)
@@ -88,7 +116,8 @@ class PlanComparison(Comparison):
                 flies,
                 fixed(row["hover_time_s"]),
                 *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in gain_head),
-                *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
+                fixed(row["rest_time_s"]),
+                fixed(row["mission_time_s"]),
                 fixed(None if soc is None else 100.0 * soc, otherwise="–"),
                 ", ".join(row["route"][1:-1]) or "–",
             )
@@ -114,8 +143,10 @@ class PlanComparison(Comparison):
             if any(self.plans):
                 yield "packs.png", plots.packs([plan for plan in self.plans if plan])[0]
             return
-        names = ("trajectory", "perspective", "hover_time_s", "flyable")
-        bars = [plots.Bar(*(row[name] for name in names)) for row in self.rows]
+        bars = [
+            plots.Bar(row["trajectory"], row["perspective"], row["hover_time_s"], row["flyable"])
+            for row in self.rows
+        ]
         title = f"{drawable(self.mission.name)}: longest hover by trajectory and perspective"
         yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
 
@@ -130,7 +161,7 @@ def compare_plans(
 ) -> PlanComparison:
     """Solve P1 for every choice of the options compared; see `compare`."""
     by_schedule, settings = by == ("schedule",), _settings(mission, by, perspective, periods_s)
-    rows, plans, tell = list[Row](), list[Plan](), progress or (lambda *_: None)
+    rows, plans, tell = list[PlanAnswer](), list[Plan](), progress or (lambda *_: None)
     for number, setting in enumerate(settings):
         tell(number, len(settings), " ".join(_label(setting)))
         packs = {f"battery.{n}": setting[n] for n in ("schedule", "period_s") if setting.get(n)}
@@ -138,11 +169,20 @@ def compare_plans(
         counted_by = setting.get("perspective", AVAILABLE)
         plan = solve(mission.replace(packs), problem, perspective=counted_by, slot_s=slot_s)
         plans.append(plan)
-        row = {
+        soc = plan.soc or {}
+        row: PlanAnswer = {
             **setting,
-            **{name: getattr(plan, name) if plan else None for name in FOUND},
-            **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
-            **{name: getattr(plan, name) for name in ("flyable", "proof", "reasons")},
+            "hover_time_s": plan.hover_time_s if plan else None,
+            "rest_time_s": plan.rest_time_s if plan else None,
+            "mission_time_s": plan.mission_time_s if plan else None,
+            "runs_dry_s": plan.runs_dry_s if plan else None,
+            "overfull_s": plan.overfull_s if plan else None,
+            "soc_battery": soc.get("battery"),
+            "soc_energy": soc.get("energy"),
+            "soc_adjusted": soc.get("adjusted"),
+            "flyable": plan.flyable,
+            "proof": plan.proof,
+            "reasons": plan.reasons,
             "status": plan.status.value,
             "route": plan.route if plan else (),
         }
@@ -157,27 +197,37 @@ def compare_plans(
 
 def _settings(
     mission: Mission, by: tuple[str, ...], perspective: Perspective, periods_s: Sequence[float]
-) -> list[Row]:
+) -> list[ComparedSetting]:
     """Return what to choose for each plan: a perspective and a trajectory, or a schedule."""
     if by == ("schedule",):
         own_s = mission.battery.period_s
         turns = [*dict.fromkeys(map(float, [*filter(None, [own_s]), *periods_s]))]
-        periods = {name: turns if name == "alternating" else [None] for name in SCHEDULES}
-        return [{"schedule": n, "period_s": each} for n, some in periods.items() for each in some]
-    by_default = {"perspective": (perspective,), "trajectory": ("optimal",)}
-    axes = (AXES[name] if name in by else by_default[name] for name in AXES)
-    return [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
+        periods: dict[Schedule, Sequence[float | None]] = {
+            name: turns if name == "alternating" else [None] for name in SCHEDULES
+        }
+        return [
+            {"schedule": name, "period_s": period_s}
+            for name, periods_of_schedule in periods.items()
+            for period_s in periods_of_schedule
+        ]
+    perspectives = COMPARED_PERSPECTIVES if "perspective" in by else (perspective,)
+    trajectories = COMPARED_TRAJECTORIES if "trajectory" in by else ("optimal",)
+    return [
+        {"perspective": counted_by, "trajectory": trajectory}
+        for counted_by in perspectives
+        for trajectory in trajectories
+    ]
 
 
-def _label(row: Row) -> tuple[str, ...]:
+def _label(row: ComparedSetting) -> tuple[str, ...]:
     """Return the words that distinguish a plan from the others of its table."""
     if "schedule" not in row:
-        return tuple(row[name] for name in AXES)
+        return row["perspective"], row["trajectory"]
     period_s = row["period_s"]
     return (row["schedule"] + (f" {period_s:g} s" if period_s else ""),)
 
 
-def _flies(row: Row, min_soc: float) -> str:
+def _flies(row: PlanAnswer, min_soc: float) -> str:
     """Return whether a plan can be flown, or what prevents it first and from when on."""
     if row["flyable"] is None or row["flyable"]:
         return "–" if row["flyable"] is None else "yes"

@@ -19,12 +19,20 @@ from optuav.presentation.numbers import fixed
 from optuav.solving import formulate, solve
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.speed_search import RULES, RouteSpeeds
-from optuav.studies.results import Comparison, Pictures
+from optuav.studies.results import ComparedAnswer, Comparison, Pictures
 
 UNITS = {"method": "", "hover_time_s": "s", "brings_s": "s", "speeds_m_s": "m/s", "status": ""}
 GRID = 20_000  # Most points of the grid of speeds
 STEPS = 120  # Speeds of the picture
 SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
+
+
+class SpeedAnswer(ComparedAnswer):
+    """A row of a comparison of speeds."""
+
+    method: str
+    brings_s: float | None  # Gain against the first row
+    speeds_m_s: tuple[float, ...]  # Of the legs; empty without a plan
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -39,6 +47,7 @@ class SpeedComparison(Comparison):
 
     kind = "optuav comparison of speeds"
     units = UNITS
+    rows: tuple[SpeedAnswer, ...]
     by: tuple[str, ...]
     perspective: Perspective
     plan: Plan = field(repr=False)  # With free speeds
@@ -124,7 +133,9 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> SpeedCompariso
     gains_s = [None if s is None or first_s is None else s - first_s for _, s, _, _ in answers]
     gains_s[0] = None  # The others are compared with it
     rows = (
-        dict(zip(UNITS, (method, s, gain_s, speeds, status), strict=True))
+        SpeedAnswer(
+            method=method, hover_time_s=s, brings_s=gain_s, speeds_m_s=speeds, status=status
+        )
         for (method, s, speeds, status), gain_s in zip(answers, gains_s, strict=True)
     )
     return SpeedComparison(

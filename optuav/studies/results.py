@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, TypeAlias, TypedDict
 
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 SCHEMA = 2
 
-Row: TypeAlias = Mapping[str, Any]
-"""A row of a table whose columns depend on what was asked."""
 Pictures: TypeAlias = Iterator[tuple[str, "Axes"]]
 """Pictures by file name."""
 
@@ -75,7 +73,7 @@ class Result(Presented):
         """Return the rows as flat records with an entry a column; places of a route as text."""
         return [{name: _as_cell(row[name]) for name in self.units} for row in self.rows]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return figures, rows and mission as plain data, ready for JSON."""
         from optuav.diagnosis.infeasibility import plain
 
@@ -121,11 +119,18 @@ class Result(Presented):
         return save_figures(self.pictures(), directory)
 
 
+class ComparedAnswer(TypedDict):
+    """The entries that the rows of all comparisons have."""
+
+    hover_time_s: float | None
+    status: str
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Comparison(Result):
-    """Answers side by side, one row each; its columns are those that were asked for."""
+    """Answers side by side, one row each; the rows of each kind of comparison have more entries."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedAnswer, ...]
 
 
 def _as_cell(value: object) -> object:

@@ -9,11 +9,11 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal
 
 import numpy as np
 from annotated_types import Interval, MinLen
@@ -25,6 +25,8 @@ from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
 from optuav.mission.keys import numeric_keys
 from optuav.mission.messages import misfits, path_of, shown
+from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.presented import Presented
 from optuav.solving.question import perspectives_of
 from optuav.studies.batch import (
     CODED,
@@ -65,7 +67,8 @@ STAMP, HASH = b"optuav", 64
 """Key in the metadata of a part that names part and sweep, before so many digits."""
 
 
-class Swept(NamedTuple):
+@dataclass(frozen=True)
+class Swept(Presented):
     """Result of a sweep, and its place.
 
     Parameters
@@ -101,6 +104,36 @@ class Swept(NamedTuple):
     kept: int
     hover_time_s: dict[str, dict[str, float]]
     reasons: dict[str, dict[str, int]]
+
+    @property
+    def plans(self) -> dict[str, int]:
+        """By perspective how many scenarios have a plan."""
+        return {name: self.scenarios - sum(why.values()) for name, why in self.reasons.items()}
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield how many scenarios have a plan, why others have none, and the range of hovers."""
+        yield Facts([*self._facts()], whole=True)
+
+    def _facts(self) -> Iterator[tuple[str, str]]:
+        yield "Scenarios", f"{self.scenarios}"
+        yield "Parts", f"{self.parts}" + f", {self.kept} of them from before" * bool(self.kept)
+        yield "Directory", f"{self.directory}"
+        for name, reasons in self.reasons.items():
+            why = [f"{count} without: {words}" for words, count in reasons.items()]
+            yield "Plans", "; ".join([f"{name} {self.plans[name]}", *why])
+            if ends := self.hover_time_s[name]:
+                yield "Hover", f"{name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the figures as plain data, ready for JSON."""
+        plans = self.plans
+        return {
+            "kind": KIND,
+            **asdict(self),
+            "directory": str(self.directory),
+            "plans": plans,
+            "without_plan": {name: self.scenarios - count for name, count in plans.items()},
+        }
 
 
 def sweep(

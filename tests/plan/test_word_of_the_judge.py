@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import optuav
-from optuav.diagnosis.sentences import verdict
+from optuav.diagnosis.in_words import verdict
 from optuav.network.timeline import simulated
 from optuav.paper.figures import grounded
 from optuav.plan.data import CANNOT

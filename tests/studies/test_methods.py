@@ -22,8 +22,7 @@ from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
-from optuav.studies.compare_methods import MethodComparison
-from optuav.studies.results import Row
+from optuav.studies.compare_methods import MethodAnswer, MethodComparison
 
 SLOTS_S = (1.0, 60.0)
 in_battery = partial(optuav.compare, perspective="battery")
@@ -44,7 +43,7 @@ def one_building(name: str = "paper", **values: Any) -> optuav.Mission:
     return mission.replace({"buildings": [each.model_dump() for each in mission.buildings[:1]]})
 
 
-def name(row: Row) -> str:
+def name(row: MethodAnswer) -> str:
     """The problem of a row with its building and order."""
     return " ".join(row[part] for part in ("problem", "building", "order") if row[part])
 
@@ -53,7 +52,7 @@ def names(found: MethodComparison) -> list[str]:
     return list(dict.fromkeys(map(name, found.rows)))
 
 
-def cell(found: MethodComparison, problem: str, method: str) -> Row:
+def cell(found: MethodComparison, problem: str, method: str) -> MethodAnswer:
     """The only row of a problem and a method by their names."""
     (only,) = [row for row in found.rows if (name(row), row["method"]) == (problem, method)]
     return only

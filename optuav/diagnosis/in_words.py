@@ -1,4 +1,4 @@
-"""A plan in sentences without symbols: verdict, route, what binds, and what changes nothing."""
+"""An explanation in words: verdict, route, limits, what one more of a number is worth."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from formulations.soc import LABELS, StepEnd
 from optuav.diagnosis.findings import ConstraintAtOptimum, Findings
+from optuav.diagnosis.parameter_prices import Price
 from optuav.mission import Mission
 from optuav.modelling import Constraint
 from optuav.modelling.check import evaluated
@@ -16,21 +17,21 @@ from optuav.network.network import Network
 from optuav.network.places import laser_reach, on_landing
 from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, with_unit
 from optuav.solving import Program
 from optuav.solving.program import route_model_of
 
-NOUNS = {"state of charge": "charge", "deadline": "the deadline"}
-NOUNS |= dict.fromkeys(LABELS, "the available well")
+LIMIT_NOUNS = {"state of charge": "charge", "deadline": "the deadline"}
+LIMIT_NOUNS |= dict.fromkeys(LABELS, "the available well")
 """Nouns for binding limits, by the kind of the constraint."""
-KEYS = {
+LIMITS_BY_KEY = {
     "limits.deadline_s": "the deadline",
     "limits.min_altitude_m": "the lowest altitude",
     "limits.max_altitude_m": "the highest altitude",
 }
-STATED = re.compile(rf"({'|'.join(map(re.escape, KEYS))}) = ")
+STATED = re.compile(rf"({'|'.join(map(re.escape, LIMITS_BY_KEY))}) = ")
 IN_BRACKETS = re.compile(r" \([a-z_]+\.[\w., ]+\)$")
-SHORT = {
+WHY_NOT_EVEN_FLOWN = {
     "deadline": "the deadline is shorter than the flight",
     "state of charge": "the battery is too small even for the flight",
     **dict.fromkeys(LABELS, "the available well does not last even for the flight"),
@@ -40,8 +41,35 @@ SYMBOLS = {"charge": "η ≥ η₀", "deadline": "Δ + T′ ≤ T_max − T_fl"}
 SYMBOLS |= {"dry": "y₁ ≥ 0", "overfull": "y₁ ≤ ωB"}
 """Limits in symbols, by role."""
 SEEN_S = 0.005  # Gain that two decimals show [s]
-WORTH = {"battery.packs": "one more pack", "limits.deadline_s": "one more second"}
-SAME = 1e-6  # Largest relative difference of equal times or charges
+STEPS_IN_WORDS = {"battery.packs": "one more pack", "limits.deadline_s": "one more second"}
+SAME_SHARE = 1e-6  # Largest relative difference of equal times or charges
+UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
+PARAMETER_NOUNS = {
+    "battery.capacity_As": "capacity of a pack",
+    "battery.available_fraction": "available share",
+    "battery.flow_rate_per_s": "flow between the wells",
+    "limits.min_soc": "charge to be left",
+    "limits.deadline_s": "deadline",
+    "flight_charge_As": "charge for the flights",
+    "flight_time_s": "flight time",
+    "hover_current_A": "current in hover",
+    "rest_current_A": "current at rest",
+}
+"""Parameters in words, by the mission's key or their own name."""
+LABELLED = (
+    (r"^P\d+(-\w+)?\.\w (?=hover time$)", "range of the "),
+    (r"^P\d+(-\w+)?\.\w ", ""),
+    (r"^state of charge$", "charge left"),
+    (r"^not (?=past full)", "available well not "),
+    (r"^not dry", "available well not empty"),
+    (r"^bounds of Δ$", "hover time ≥ 0"),
+    (r"^bounds of T'$", "rest time ≥ 0"),
+)
+"""Words in place of parts of the paper's labels."""
+UNDECIDED = (
+    "with one rest and one hover in one piece the hover time stays the same; with more stops it "
+    "may change"
+)
 
 
 class Conclusion(NamedTuple):
@@ -62,9 +90,11 @@ class Conclusion(NamedTuple):
 def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
     """Return the verdict; broken are the kinds of constraints that even the flight breaks."""
     if not plan:
-        known = [SHORT[kind] for kind in broken if kind in SHORT]
+        known = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
         reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
-        return Conclusion("", "no plan", STATED.sub(lambda m: f"{KEYS[m[1]]} of ", reason), False)
+        return Conclusion(
+            "", "no plan", STATED.sub(lambda m: f"{LIMITS_BY_KEY[m[1]]} of ", reason), False
+        )
     hover = f"{plan.hover_time_s:.2f} s of hover"
     if not plan.hover_time_s:  # as on the shortest trip
         hover = f"{plan.mission_time_s:.2f} s of travel"
@@ -181,16 +211,16 @@ def _sentence_words(words: str) -> str:
 
 def binding(explained: Findings) -> str:
     """Say which limits bind and which do not; empty where that is not known."""
-    kinds = {side.kind for side in explained.constraints if side.kind in NOUNS}
+    kinds = {side.kind for side in explained.constraints if side.kind in LIMIT_NOUNS}
     binding_sides = [side for side in explained.constraints if side.binds]
     tight = {side.kind for side in binding_sides}
     if not kinds:
         return ""
-    named = ((kind, side) for kind in NOUNS for side in binding_sides if side.kind == kind)
-    binds = [*dict.fromkeys(_landed(side) or NOUNS[kind] for kind, side in named)]
-    own = [side for side in binding_sides if side.kind not in (*NOUNS, "bounds")]
+    named = ((kind, side) for kind in LIMIT_NOUNS for side in binding_sides if side.kind == kind)
+    binds = [*dict.fromkeys(_landed(side) or LIMIT_NOUNS[kind] for kind, side in named)]
+    own = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
     binds += dict.fromkeys(side.label for side in own)  # Constraints of a user's problem
-    loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
+    loose = [LIMIT_NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
     if len(binds) > 1:
         words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
     elif binds:
@@ -213,7 +243,7 @@ def gains_in_words(explained: Findings) -> str:
     known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
         (what, f"{gain:.{2 if gain < 1.0 else 0}f} s")
-        for key, what in WORTH.items()
+        for key, what in STEPS_IN_WORDS.items()
         if SEEN_S <= (gain := known.get(key, 0.0)) < math.inf
     ]
     if not gains or explained.objective != "s of hover":
@@ -236,7 +266,7 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
     plan, mission = explained.plan, network.mission
     if plan and not plan.has_several_stops:
         limits, end_s = mission.limits, plan.mission_time_s
-        if limits.deadline_s - end_s > SAME * limits.deadline_s:
+        if limits.deadline_s - end_s > SAME_SHARE * limits.deadline_s:
             yield (
                 "limits.deadline_s",
                 KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends then"),
@@ -245,7 +275,7 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         if limits.keep_soc == "always":
             rows = (side.left for side in explained.constraints if side.kind == "state of charge")
             left = min(left, *rows)
-        if left - limits.min_soc > SAME:
+        if left - limits.min_soc > SAME_SHARE:
             yield "limits.min_soc", KeyWithoutEffect(limits.min_soc, left, "that much is left")
     if mission.laser is None:
         return
@@ -263,3 +293,54 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         )
     elif most_A < current_A:
         yield current, KeyWithoutEffect(most_A, None, f"the laser delivers at most {most_A:.3g} A")
+
+
+def key_of(price: Price) -> str:
+    """The mission's key of a parameter, or its own name."""
+    return price.key or price.name
+
+
+def symbol_and_value(price: Price) -> str:
+    """The symbol of a parameter and its present value."""
+    return f"{price.symbol} = {with_unit(price.value, price.unit)}"
+
+
+def constraint_words(label: str) -> str:
+    """The label of a constraint without the paper's number and symbols."""
+    for pattern, words in LABELLED:
+        label = re.sub(pattern, words, label)
+    return label
+
+
+def gain_figure(value: float, digits: int = 6) -> str:
+    """A change with its sign; words without a plan or without such a value."""
+    if not math.isfinite(value):
+        return "no plan" if math.isinf(value) else "end of the range"
+    return "+" * (value > 0.0) + figure(value, digits)
+
+
+def price_words(explained: Findings, price: Price) -> str:
+    """For example: one more second of the deadline gives 0.102 s of hover."""
+
+    def change(value: float) -> str:
+        if not math.isfinite(value):
+            return "leaves no plan" if math.isinf(value) else "is beyond the range"
+        if value == 0.0:
+            return "changes nothing"
+        gain = "gives" if explained.sense == "maximise" else "saves"
+        verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
+        return f"{verb} {figure(abs(value), 3)} {explained.objective}"
+
+    unit = "" if price.unit == "1" else price.unit
+    more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
+    if price.step != 1.0:
+        more = f"{price.step:g} {unit}".rstrip() + " more"
+    noun = PARAMETER_NOUNS.get(key_of(price))
+    if landing := re.fullmatch(r"landing_(\d)_(As|J)", key_of(price)):
+        flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]
+        place = flights[int(landing[1]) - 1].end_place
+        noun = f"draw up to the {'hover point' if place == 'hover' else f'landing at {place}'}"
+    more = f"{more} of {f'the {noun}' if noun else key_of(price)}"
+    more = "one more pack" if price.key == "battery.packs" else more
+    less = f", as much less {change(price.loss)}" if price.has_kink else ""
+    return f"{more} {change(price.gain)}{less}"

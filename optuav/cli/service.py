@@ -1,0 +1,166 @@
+"""``optuav coverage``, ``size`` and ``return``: endless cycles, fleets, and the way back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import optuav
+from optuav.cli.options import numbers_in
+from optuav.cli.output import progress, say
+from optuav.cli.study_options import StudyOptions
+from optuav.errors import Fault, NoPlanError, collected, refuse
+from optuav.options import Perspective
+from optuav.presentation.numbers import percent
+
+if TYPE_CHECKING:
+    from optuav.service.cycle import Coverage
+    from optuav.studies.results import Result
+
+
+def coverage(
+    mission: str,
+    perspective: Perspective = "available",
+    swap_s: float | None = None,
+    pad_power_W: float | None = None,
+    dark_hover: bool = False,
+    share: float | None = None,
+    overlap_s: float | None = None,
+    drones: int | None = None,
+    hours: float | None = None,
+    separation_m: str | None = None,
+    horizon_hours: float | None = None,
+    flights: Path | None = None,
+    start: str | None = None,
+    climb_m: float | None = None,
+    *,
+    out: StudyOptions,
+) -> None:
+    """Find the share of the time one drone covers in an endless cycle, or a fleet for more.
+
+    Exit code 1 if there is no endless cycle.
+    """
+    from optuav.service.fleet import faults_of_fleet
+
+    fleet = share is not None or (overlap_s is not None and hours is None)
+    share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
+    faults = [*_faults_of_hours(horizon_hours, hours, drones, fleet=fleet)]
+    faults += faults_of_fleet(share, overlap_s)
+    of_event = {"separation_m": separation_m, "flights": flights}
+    of_flights = {"start": start, "climb_m": climb_m}
+    faults += [*_goes_with("hours", hours, of_event), *_goes_with("flights", flights, of_flights)]
+    if flights is not None and start is None:
+        faults.append(Fault("start", "", "is missing: --flights needs when the event begins"))
+    with collected(faults):
+        cycle = optuav.coverage(
+            out.mission(mission),
+            perspective=perspective,
+            swap_s=swap_s,
+            lit_hover=not dark_hover,
+            pad_power_W=pad_power_W,
+        )
+    refuse(faults)
+    notes: tuple[str, ...] = ()
+    if flights is not None:
+        from optuav.plan.export import system_on_earth
+        from optuav.service.flights import save_flights
+
+        system_on_earth(cycle.mission)  # Refused before the work
+    results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
+    if horizon_hours is not None:
+        results = cycle.horizon(horizon_hours)
+    if hours is not None:
+        step_m = None if separation_m is None else numbers_in(separation_m)
+        with progress() as bar:
+            results = event = cycle.event(
+                hours,
+                drones,
+                bar,
+                overlap_s=overlap_s,
+                separation_m=step_m[0] if step_m and len(step_m) == 1 else step_m,
+            )
+        if flights is not None:
+            assert start is not None
+            notes = save_flights(event, flights, start, climb_m).notes
+    figures, turns = dict[str, object](), list[str]()
+    if drones is not None and hours is None:
+        figures, turns = _turns(cycle, drones, share, overlap_s)
+    out.deliver(results, figures, turns, () if flights is None else [flights])
+    for note in notes:
+        say(f"Note  {note}", error=out.as_json)
+
+
+def _goes_with(name: str, value: object, options: Mapping[str, object]) -> Iterator[Fault]:
+    """Yield options that are stated without another one, which they need."""
+    for option, stated in options.items():
+        if stated is not None and value is None:
+            yield Fault(option, str(stated), f"goes with --{name}")
+
+
+def _faults_of_hours(
+    horizon_hours: float | None, hours: float | None, drones: int | None, *, fleet: bool
+) -> Iterable[Fault]:
+    """Faults of hours together with options that they exclude, and of numbers out of range."""
+    from optuav.mission.messages import misfits
+    from optuav.service import event, horizon
+    from optuav.service.fleet import COUNT
+
+    words = {
+        "horizon_hours": "plans one drone: leave out --hours, --share, --overlap-s and --drones",
+        "hours": "plans an event without a gap: leave out --share and --horizon-hours",
+    }
+    named = ("horizon_hours", horizon_hours), ("hours", hours)
+    faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
+    if len(faults) + fleet > 1 or (horizon_hours is not None and drones is not None):
+        return faults
+    limits = [("horizon_hours", horizon_hours, horizon.HOURS), ("hours", hours, event.HOURS)]
+    limits += [("drones", drones, COUNT)]
+    return misfits(*(limit for limit in limits if limit[1] is not None))
+
+
+def _turns(
+    cycle: Coverage, drones: int, share: float, overlap_s: float
+) -> tuple[dict[str, object], list[str]]:
+    """Return what drones in turns cover and what their pads must deliver, also in words."""
+    from optuav.mission.messages import plural
+    from optuav.service.fleet import covering
+
+    number, covers = plural(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
+    figures: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
+    words = f"Turns of {number} cover {percent(min(covers, 1.0))} of the time"
+    words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    if cycle.charged_by == "exchange":
+        return figures, [words]
+    try:
+        pads = cycle.watts(drones, share, overlap_s)
+    except NoPlanError as error:
+        return figures | {"pad_reason": str(error)}, [words, str(error)]
+    figures |= {f"pad_{name}": value for name, value in pads._asdict().items()}
+    return figures, [words, f"Pads of {number} {covering(share, overlap_s)}: {pads}"]
+
+
+def size(
+    mission: str,
+    prices: Path | None = None,
+    share: float = 1.0,
+    overlap_s: float = 0.0,
+    swap_s: float = 120.0,
+    hours: float | None = None,
+    *,
+    out: StudyOptions,
+) -> None:
+    """Count the drones, beams, pads, bays and packs of a fleet, for each way to charge."""
+    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
+    out.deliver(table)
+
+
+def return_(mission: str, out: StudyOptions) -> None:
+    """Find the last moment to leave the hover point, for the destination and every building.
+
+    The laser charges the drone while it hovers. If nothing does, add --set laser= --set receiver=.
+
+    Exit code 1 if the hover point cannot be reached.
+    """
+    times = optuav.return_by(out.mission(mission))
+    out.deliver(times)
