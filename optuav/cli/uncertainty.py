@@ -7,9 +7,10 @@ from pathlib import Path
 import typer
 
 import optuav
+from optuav.cli.options import mission_of
 from optuav.cli.output import NO, say
 from optuav.cli.study_options import StudyOptions
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, collected, refuse
 from optuav.options import Order, Perspective
 
 
@@ -59,14 +60,25 @@ def robust(
 
     Exit code 1 if no plan holds in the whole box, or in the share --chance of it.
     """
+    from optuav.service.box import stated_ranges
     from optuav.solving.question import problem_of
 
+    faults, stated_problem = list[Fault](), None
     if explain and out.as_json:
-        raise InputError([Fault("explain", "", "cannot be combined with --json")])
+        faults.append(Fault("explain", "", "cannot be combined with --json"))
+    with collected(faults):
+        stated_problem = problem_of(problem, building=building, order=order)
+    if faults:
+        with collected(faults):
+            mission_of(mission, out.settings)
+        with collected(faults):
+            stated_ranges(uncertainty)
+    refuse(faults)
+    assert stated_problem is not None
     plans = optuav.robust(
         out.mission(mission),
         uncertainty,
-        problem_of(problem, building=building, order=order),
+        stated_problem,
         perspective=perspective,
         chance=chance,
         confidence=confidence,

@@ -131,6 +131,7 @@ def test_what_is_no_text_is_not_printed(line: tuple[str, ...], name: str) -> Non
     [
         ("place nope --lasers 0 --candidates grid", ("nope", "--lasers = 0")),
         ("export nope.json x.plan --climb-m 0", ("nope.json", "--climb-m = 0")),
+        ("robust nope nope.toml --problem P9", ("nope:", "nope.toml", "--problem = 'P9'")),
         ("audit nope.plan --mission nope", ("nope.plan", "nope: there is no such file; shipped")),
     ],
 )
