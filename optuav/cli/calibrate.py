@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -33,68 +33,42 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, with confidence intervals."""
-    from optuav.mission.files import must_be_new, write_text
-    from optuav.mission.load import load, must_load
+    from optuav.mission.files import must_be_new
+    from optuav.mission.load import load
 
     faults = list[Fault]()
     if never_longer and kind != "kibam":
         faults.append(Fault("--never-longer", "", f"requires KIND kibam, not {kind}"))
-        never_longer = False
     if save is not None:
         must_be_new(save)
     check_places(save, plot, ".toml", "")
     from optuav import calibration
 
-    options: dict[str, Any] = {"never_longer": True} if never_longer else {}
+    options: dict[str, Any] = {}
+    if never_longer and kind == "kibam":
+        options["never_longer"] = True
     if column and kind not in OF_LOGS:
         words = f"requires KIND {', '.join(OF_LOGS[:-1])} or {OF_LOGS[-1]}, not {kind}"
         faults.append(Fault("--column", "", words))
     elif column:
-        options["columns"] = named = dict[str, str]()
-        for each in column:
-            old, _, new = each.rpartition("=")
-            if not (old and new):
-                words = "OLD=NEW: a heading of the file, and what it stands for"
-                faults.append(Fault("--column", shown(each), words))
-            elif old in named:
-                faults.append(Fault("--column", shown(each), f"names {shown(old)} a second time"))
-            else:
-                named[old] = new.strip()
+        with collected(faults):
+            options["columns"] = _columns(column)
         refuse(faults)
     of_data = list[Fault]()
     with collected(faults):
         base = None if extends is None else load(extends)
     with collected(of_data):
-        found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+        fit: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
     refuse([*faults, *(by_flags(fault, {"columns": "--column"}) for fault in of_data)])
     if extends is not None:
-        found = replace(found, extends=extends)
-    hover = None if base is None or found.lag is None else _hover(found, base)
+        fit = replace(fit, extends=extends)
+    hover = None if base is None or fit.lag is None else _hover(fit, base)
     written = []
     if save is not None:
-        text = found.to_toml(file=save)
-        try:
-            must_load(text, save)
-        except InputError as error:
-            name = shown(found.extends)
-            of_both = f"values from {', '.join(found.sources)} on top of {name}"
-            faults = [replace(fault, source=of_both) for fault in error.faults]
-            words = "a mission on which these values load; nothing is written"
-            model = found.settings.get("flight.model")
-            if base is not None and model not in (None, base.flight.model):
-                new = f"as optuav new FILE --from {model} writes"
-                words = f"a mission with flight.model = {shown(model)}, {new}; nothing is written"
-            raise InputError([*faults, Fault("extends", name, words)]) from None
-        write_text(save, text)
+        _write(fit, save, base)
         written.append(save)
-    if plot is not None and found.panels:
-        from optuav import plots
-
-        pictures = [("fit.png", plots.fit(found)[0].values)]
-        for number, log in enumerate(found.logs, start=1):
-            name = f"log-{number}.png" if len(found.logs) > 1 else "log.png"
-            pictures.append((name, plots.flight_log(log)[0]))
-        written += plots.save_figures(pictures, plot)
+    if plot is not None and fit.panels:
+        written += _draw(fit, plot)
     notes, hint = list[str](), ""
     if isinstance(hover, str):
         notes.append(f"{extends} with these values: {hover}")
@@ -102,19 +76,67 @@ def calibrate(
         value, *ends = (f"{time_s:.1f}" for time_s in hover.values())
         between = f", 95 % between {' and '.join(ends)} s" if ends else ""
         notes.append(f"{extends} hovers {value} s with these values{between}")
-    if found.changes:
-        pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
+    if fit.changes:
+        pairs = (("--set", f"{key}={value}") for key, value in fit.changes.items())
         hint = f"\n{command(['optuav', 'solve', 'MISSION'], *pairs)}"
     deliver(
-        lambda: found.to_dict() | ({"hover_time_s": hover} if isinstance(hover, dict) else {}),
-        [*found.blocks(), Note(notes)],
+        lambda: fit.to_dict() | ({"hover_time_s": hover} if isinstance(hover, dict) else {}),
+        [*fit.blocks(), Note(notes)],
         as_json=as_json,
         hint=hint,
         written=written,
     )
 
 
-def _hover(found: Fit, mission: Mission) -> dict[str, float] | str | None:
+def _columns(pairs: Sequence[str]) -> dict[str, str]:
+    """New names of headings by the old ones, from OLD=NEW."""
+    new_names, faults = dict[str, str](), list[Fault]()
+    for pair in pairs:
+        old, _, new = pair.rpartition("=")
+        if not (old and new):
+            words = "OLD=NEW: a heading of the file, and what it stands for"
+            faults.append(Fault("--column", shown(pair), words))
+        elif old in new_names:
+            faults.append(Fault("--column", shown(pair), f"names {shown(old)} a second time"))
+        else:
+            new_names[old] = new.strip()
+    refuse(faults)
+    return new_names
+
+
+def _write(fit: Fit, save: Path, base: Mission | None) -> None:
+    """Write the fitted values as a mission, once it is seen to load."""
+    from optuav.mission.files import write_text
+    from optuav.mission.load import must_load
+
+    text = fit.to_toml(file=save)
+    try:
+        must_load(text, save)
+    except InputError as error:
+        name = shown(fit.extends)
+        of_both = f"values from {', '.join(fit.sources)} on top of {name}"
+        faults = [replace(fault, source=of_both) for fault in error.faults]
+        words = "a mission on which these values load; nothing is written"
+        model = fit.settings.get("flight.model")
+        if base is not None and model not in (None, base.flight.model):
+            new = f"as optuav new FILE --from {model} writes"
+            words = f"a mission with flight.model = {shown(model)}, {new}; nothing is written"
+        raise InputError([*faults, Fault("extends", name, words)]) from None
+    write_text(save, text)
+
+
+def _draw(fit: Fit, directory: Path) -> list[Path]:
+    """Draw the fit, and what was read of every flight log."""
+    from optuav import plots
+
+    pictures = [("fit.png", plots.fit(fit)[0].values)]
+    for number, log in enumerate(fit.logs, start=1):
+        name = f"log-{number}.png" if len(fit.logs) > 1 else "log.png"
+        pictures.append((name, plots.flight_log(log)[0]))
+    return plots.save_figures(pictures, directory)
+
+
+def _hover(fit: Fit, mission: Mission) -> dict[str, float] | str | None:
     """Longest hover of a mission with the values, and its least and largest at the edge [s].
 
     Without a plan, why; without one at the edge, no interval; None without values.
@@ -124,13 +146,13 @@ def _hover(found: Fit, mission: Mission) -> dict[str, float] | str | None:
     def hovers(changes: Mapping[str, object]) -> float:
         return solve(mission.replace(changes)).hover_time_s
 
-    if not found.changes:
+    if not fit.changes:
         return None
     try:
-        hover_s = {"value": hovers(found.changes)}
+        hover_s = {"value": hovers(fit.changes)}
     except (InputError, NoPlanError, SolverError) as error:
         return str(error)
     with suppress(InputError, NoPlanError, SolverError):
-        if ends_s := [hovers(each) for each in found.edge]:
+        if ends_s := [hovers(changes) for changes in fit.edge]:
             hover_s |= {"low": min(ends_s), "high": max(ends_s)}
     return hover_s
