@@ -228,6 +228,11 @@ class MissionSection(Record):
         defer_build=True,
     )
 
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Build the class, without which pydantic before 2.14 cannot dump what a pickle holds."""
+        super().__setstate__(state)
+        type(self).model_rebuild()
+
     @classmethod
     @cache
     def descriptions(cls) -> dict[str, str]:

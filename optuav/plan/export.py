@@ -195,7 +195,7 @@ def positions_on_earth(mission: Mission, position_m: Floats) -> list[Position]:
     import pyproj
 
     ahead = pyproj.Transformer.from_crs(system_in_metres(crs), DEGREES, always_xy=True)
-    degrees = np.column_stack(ahead.transform(*position_m[:, :2].T))
+    degrees = np.column_stack(ahead.transform(*position_m[:, :2].T.tolist()))
     if not np.isfinite(degrees).all():
         words = "a reference system that holds all places of the plan"
         raise InputError([Fault("crs", crs, words)])
@@ -214,7 +214,9 @@ def _above_ellipsoid_m(degrees: Floats, altitude_m: Floats) -> list[float | None
             above = pyproj.Transformer.from_pipeline(ABOVE_SEA.format(grid))
         except pyproj.exceptions.ProjError:
             continue
-        height_m = np.asarray(above.transform(degrees[:, 0], degrees[:, 1], altitude_m)[2])
+        longitudes_deg, latitudes_deg = degrees.T.tolist()
+        above_m = above.transform(longitudes_deg, latitudes_deg, altitude_m.tolist())
+        height_m = np.asarray(above_m[2])
         if np.isfinite(height_m).all():
             return [round(each_m, 3) for each_m in height_m.tolist()]
     return [None] * len(altitude_m)

@@ -82,7 +82,7 @@ def _read(path: Path, missions: Sequence[Mission], height_m: float) -> Candidate
     points = np.array([*_points(document, label(path), height_m)])
     (crs,) = systems
     ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(crs), always_xy=True)
-    position_m = np.column_stack([*ahead.transform(points[:, 0], points[:, 1]), points[:, 2]])
+    position_m = np.column_stack([*ahead.transform(*points[:, :2].T.tolist()), points[:, 2]])
     facts = (feature.get("properties") or {} for feature in document["features"])
     stated = (each.get("name", each.get("Name")) for each in facts)
     return Candidates(position_m, tuple("" if name is None else f"{name}" for name in stated))

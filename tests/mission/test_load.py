@@ -692,3 +692,16 @@ def test_a_refused_table_is_named_not_printed(
         reader(pandas.DataFrame({"name": ["roof"] * rows, "height_m": 12.0}))
     assert words in str(refusal.value)
     assert "roof" not in str(refusal.value)
+
+
+def test_a_pickled_mission_is_changed_in_a_process_that_has_read_none(tmp_path: Path) -> None:
+    """Workers get missions so; pydantic before 2.14 builds no class for what it reads so."""
+    (file := tmp_path / "mission").write_bytes(pickle.dumps(optuav.load("relay-today")))
+    code = (
+        f"import pickle; mission = pickle.loads(open({str(file)!r}, 'rb').read())\n"
+        "print(mission.replace({'limits.deadline_s': 800}).limits.deadline_s)"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert (process.stdout, process.stderr) == ("800.0\n", "")
