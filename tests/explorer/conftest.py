@@ -61,12 +61,12 @@ def launched() -> Any:
         return "Chromium is not installed"
     playwright.expect.set_options(timeout=30_000)  # Of a machine that does other things too
     with ExitStack() as started:  # A loop that is left open fails every later start
-        running = started.enter_context(playwright.sync_playwright())
         # Its sandbox does not start for root, nor in many containers; the pages are our own.
         flags = ["--no-sandbox"]
         try:
+            running = started.enter_context(playwright.sync_playwright())
             found = running.chromium.launch(executable_path=CHROMIUM, args=flags)
-        except playwright.Error as error:  # as for a user without a home, or in a long TMPDIR
+        except Exception as error:  # A long TMPDIR, no home, no library for Playwright's own program
             return f"Chromium does not start here: {str(error).splitlines()[0]}"
         started.callback(found.close)
         STARTED.push(started.pop_all())
