@@ -167,7 +167,7 @@ def _of_parquet(file: Path, layer: str | None, bbox: Any) -> Any:
     return frame if frame.index.is_unique else frame.reset_index(drop=True)
 
 
-def own(frame: Any, file: Path, layer: object) -> Any:
+def checked_table(frame: Any, file: Path, layer: object) -> Any:
     """A table from Python, with columns named by texts and features named once."""
     if layer is not None or frame.active_geometry_name is None:
         raise refusal(file, "has no layers" if layer is not None else "has no geometry")

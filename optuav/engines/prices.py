@@ -37,7 +37,7 @@ from optuav.presentation.presented import Presented
 MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row counts as met, in exact and in other answers."""
 NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
-SAME = 1e-9
+SAME_VALUE = 1e-9
 """Difference of equal values of the objective as a share of them, and of terms that cancel."""
 ROUNDED = 1e-14  # Share of a vertex's largest unknown below which another is 0, but for rounding
 MOST_ROWS = 14  # Rows that hold with equality, before their combinations are too many to enumerate
@@ -153,8 +153,8 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
     a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[0, :, 0]
     a, b = a[np.isfinite(b)], b[np.isfinite(b)]
     x = np.array([point[name] for name in form.names])
-    best, size = float(c @ x), SAME * np.maximum(1.0, np.abs(b))
-    close = SAME * max(np.abs(c).max(initial=0.0), abs(best))
+    best, size = float(c @ x), SAME_VALUE * np.maximum(1.0, np.abs(b))
+    close = SAME_VALUE * max(np.abs(c).max(initial=0.0), abs(best))
     found: list[Floats] = []
     few = np.count_nonzero(a.any(axis=1)) <= MOST_ROWS
     for rows, unit, lengths in _combinations(a, [len(x)] if few else []):
@@ -308,7 +308,7 @@ def _prices_at(
         for goal, rows in zip(goals, slopes, strict=True):
             own, moving = goal[count:], rows[:, count:]
             rates = side * (own - weights @ moving)
-            rates[np.abs(rates) <= SAME * (np.abs(own) + weights @ np.abs(moving))] = 0.0
+            rates[np.abs(rates) <= SAME_VALUE * (np.abs(own) + weights @ np.abs(moving))] = 0.0
             blocked = (side * endless @ moving > size).any(axis=0)
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))

@@ -18,7 +18,7 @@ from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate, has_unknowns, worth
+from optuav.modelling.traversal import change_by_step, evaluate, has_unknowns
 from optuav.presentation.blocks import Block, Fold, Heading, Table
 from optuav.presentation.numbers import figure
 from optuav.presentation.presented import Presented
@@ -152,9 +152,11 @@ class Solution(Presented):
 
     @cached_property
     def second(self) -> Floats:
-        """Worth of a second of a time in each programme, in the objective's unit; see `worth`."""
+        """`change_by_step` of the objective in each programme, in the objective's unit."""
         goal, unknowns = self.declared.objective, self.declared.variables
-        return np.full(self.objective.shape, worth(goal, unknowns, {**self.given, **self.values}))
+        return np.full(
+            self.objective.shape, change_by_step(goal, unknowns, {**self.given, **self.values})
+        )
 
     @property
     def ties(self) -> Floats:

@@ -40,7 +40,7 @@ SAMPLES = Range("-", ge=1, le=1e8, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of measured values; [route] and [limits] hold choices."""
 STEP = 1e-4  # Step of the rates at the value of a key, relative to it
-UNITS = {
+EFFECT_UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
     **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
     **{"local_less": "-", "local_more": "-", "local_elasticity": "-", "swing_s": "s"},
@@ -96,7 +96,7 @@ class Sensitivity(Result):
     """
 
     kind = "optuav sensitivity"
-    units = UNITS
+    units = EFFECT_UNITS
     rows: tuple[Effect, ...]
     perspective: Perspective
     hover_time_s: float

@@ -72,7 +72,7 @@ class SweepPlan:
     @property
     def is_drawable(self) -> bool:
         """True for up to three keys with several values each, at most one of them of rows."""
-        keys, grid = len(self.scenarios.stated(0, 1)), len(self.scenarios.grid)
+        keys, grid = len(self.scenarios.values_by_key(0, 1)), len(self.scenarios.grid)
         return keys < 4 and keys - grid < 2 and min(self.scenarios.sizes.values()) > 1
 
     def part(self, number: int) -> range:

@@ -42,7 +42,7 @@ from optuav.studies.batch import (
 from optuav.studies.cluster import results
 from optuav.studies.compare_methods import Progress
 from optuav.studies.processes import WORKERS
-from optuav.studies.scenarios import MOST, ROW, Scenarios
+from optuav.studies.scenarios import MOST_SCENARIOS, ROW, Scenarios
 from optuav.studies.study import (
     MOST_PARTS,
     Document,
@@ -312,7 +312,7 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
 
     _refuse_others(versions, "a worker")
     part, perspectives, whole = plan.part(number), plan.perspectives, plan.scenarios
-    keys, names = whole.stated(part.start, len(part)), whole.mission.buildings.names
+    keys, names = whole.values_by_key(part.start, len(part)), whole.mission.buildings.names
     values = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
     words = {"perspective": [*map(str, perspectives)], **words_of([*names])}
     columns: dict[str, Any] = {
@@ -522,7 +522,7 @@ def _read_manifest(directory: Path) -> Manifest:
         parts = -(-manifest.scenarios // manifest.study.scenarios_per_part)
         if (
             faults
-            or not (manifest.scenarios <= MOST and parts <= MOST_PARTS)
+            or not (manifest.scenarios <= MOST_SCENARIOS and parts <= MOST_PARTS)
             or not manifest.grid.keys() <= numeric_keys().keys()
             or manifest.versions.keys() != {*PACKAGES}
             or not manifest.names
