@@ -96,14 +96,16 @@ def bracket_largest(
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
 
-def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
+def shortest(rows: Rows, bracketed: Interval, y_top: Floats) -> Floats:
     """Smallest y that satisfies all rows, for the x of each programme; NaN without one.
 
     Where rounding hides it, as where x leaves no room, it is the y that is known to hold.
     """
-    y = found.y.copy()
-    here = np.flatnonzero(~np.isnan(found.x))
-    smallest = Rows(*take_entries(rows, here)).at_x(found.x[here]).end(y_top[here], smallest=True)
+    y = bracketed.y.copy()
+    here = np.flatnonzero(~np.isnan(bracketed.x))
+    smallest = (
+        Rows(*take_entries(rows, here)).at_x(bracketed.x[here]).end(y_top[here], smallest=True)
+    )
     y[here] = np.fmin(smallest, y[here])
     return y
 
@@ -140,8 +142,8 @@ def _monotone(
     def margin(x: Floats, starts: Floats, slopes: Floats, *own: Floats) -> Floats:
         """Return the least slack of the rows at the largest y under the lines, not below 0."""
         y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
-        found: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
-        return found
+        least: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
+        return least
 
     lines = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
     hopeless = (starts < 0.0).any(axis=0) | ~(end >= least)
@@ -241,8 +243,8 @@ def _most(
     bend_y = ky * -np.minimum(0.0, np.minimum(e + f * V_low, e + f * V_high))
     bent = 0.5 * bend_x * reach_x**2 + np.abs(f) * reach_x * reach_y + 0.5 * bend_y * reach_y**2
     here = Rows(both[:, None], kx, ky).at(x, y)[0]
-    found: Floats = here + np.abs(slope) * reach_x + bent
-    return found
+    most: Floats = here + np.abs(slope) * reach_x + bent
+    return most
 
 
 def solve(

@@ -87,17 +87,17 @@ def local_multipliers(model: Model, values: Values) -> dict[str, float]:
     normals = np.array([*rows.values()]).reshape(-1, len(names))
     weights = next(basic_multipliers(normals, model.sign * goal), np.empty(0))
     constraints = list(relations(model))
-    found: dict[str, float] = {}
+    by_label: dict[str, float] = {}
     for (number, turn), weight in zip(rows, weights.tolist(), strict=False):
         label, sense = constraints[number].label, constraints[number].relation.sense
-        found[label] = found.get(label, 0.0) + weight * (turn if sense == "==" else 1.0)
-    return found
+        by_label[label] = by_label.get(label, 0.0) + weight * (turn if sense == "==" else 1.0)
+    return by_label
 
 
 def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
     """Basic solutions λ ≥ 0 of Σ λ a = c."""
     size = float(np.abs(goal).max(initial=0.0))
-    found: list[Floats] = []
+    multipliers: list[Floats] = []
     for rows, unit, lengths in _combinations(normals, range(len(goal) + 1)):
         if rows and np.linalg.matrix_rank(unit, tol=1e-9) < len(rows):
             continue
@@ -107,8 +107,8 @@ def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
             continue
         full = np.zeros(len(normals))
         full[rows] = np.maximum(weights, 0.0) / lengths
-        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12 * size) for other in found):
-            found.append(full)
+        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12 * size) for other in multipliers):
+            multipliers.append(full)
             yield full
 
 
@@ -155,7 +155,7 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
     x = np.array([point[name] for name in form.names])
     best, size = float(c @ x), SAME_VALUE * np.maximum(1.0, np.abs(b))
     close = SAME_VALUE * max(np.abs(c).max(initial=0.0), abs(best))
-    found: list[Floats] = []
+    vertices: list[Floats] = []
     few = np.count_nonzero(a.any(axis=1)) <= MOST_ROWS
     for rows, unit, lengths in _combinations(a, [len(x)] if few else []):
         if np.linalg.matrix_rank(unit) < len(x):
@@ -164,11 +164,11 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
         vertex[np.abs(vertex) <= ROUNDED * np.abs(vertex).max(initial=0.0)] = 0.0
         if (a @ vertex - b > size).any() or abs(c @ vertex - best) > close:
             continue
-        if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
-            found.append(vertex)
-    if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
-        found.append(x)
-    return [[dict(zip(form.names, row.tolist(), strict=True)) for row in found]]
+        if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in vertices):
+            vertices.append(vertex)
+    if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in vertices):
+        vertices.append(x)
+    return [[dict(zip(form.names, row.tolist(), strict=True)) for row in vertices]]
 
 
 def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
