@@ -45,7 +45,7 @@ class Given(Quantities):
         if isinstance(key := (others := self._symbols()).get(name), str):
             raise AttributeError(f"given has no {name!r}: the mission does not state {key}")
         if name not in others:
-            own = [each for each in dir(type(self)) if not each.startswith("_")]
+            own = [name for name in dir(type(self)) if not name.startswith("_")]
             hint = nearest(name, [*others, *own, *(quantity.name for quantity in QUANTITIES)])
             if name.startswith("rest_") and not self.rests:
                 hint = " on a route without a rest: ask for it under 'if given.rests:'."
@@ -54,7 +54,7 @@ class Given(Quantities):
         return others[name]
 
     def __dir__(self) -> list[str]:
-        stated = (name for name, each in self._symbols().items() if not isinstance(each, str))
+        stated = (name for name, symbol in self._symbols().items() if not isinstance(symbol, str))
         return [*super().__dir__(), *stated]
 
     def _symbols(self) -> Mapping[str, Any]:
@@ -225,10 +225,12 @@ class Formulation(ABC):
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
         for n, step in enumerate(quantities.steps, start=1):
             if not isinstance(step, str):
-                values |= {f"step_{n}_{name}": each for name, each in step._asdict().items()}
+                values |= {f"step_{n}_{name}": value for name, value in step._asdict().items()}
         for n, landing in enumerate(quantities.landings, start=1):
             values |= {f"landing_{n}_As": landing.charge_As, f"landing_{n}_J": landing.energy_J}
-        landings = tuple(each._replace(charge_As=NAN, energy_J=NAN) for each in quantities.landings)
+        landings = tuple(
+            landing._replace(charge_As=NAN, energy_J=NAN) for landing in quantities.landings
+        )
         kind = perspective, quantities.tapers, quantities.rests, stated, steps, landings
         pattern = _pattern(self, *kind)
         if quantities.tapers:

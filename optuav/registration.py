@@ -238,16 +238,16 @@ def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fa
     """Parameters of a constructor that are no tables, or that a mission may not have."""
     known = (*SECTIONS.keys() - {"buildings"}, "flight")
     parameters = signature(kind).parameters
-    for name, each in parameters.items():
+    for name, parameter in parameters.items():
         place = f"{kind.__name__}({name})"
-        if each.kind not in (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY):
+        if parameter.kind not in (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY):
             yield Fault(place, "", "must be a parameter that is given by its name")
         elif name not in known:
             choices = ", ".join(choice for choice in TABLES if choice in known)
             words = f"must be the name of a table of a mission: {choices}"
             yield Fault(place, "", words + nearest(name, known))
         elif (
-            each.default is Parameter.empty
+            parameter.default is Parameter.empty
             and not Mission.model_fields[name].is_required()
             and Mission.model_fields[name].default is None
             and name not in (table, *(needs if isinstance(needs, tuple | list) else ()))
@@ -268,13 +268,15 @@ def _faults_of_dotted(place: str, keys: object) -> Iterator[Fault]:
     if not isinstance(keys, tuple | list):
         yield Fault(place, shown(keys), 'a tuple of tables and keys, such as ("body",)')
         return
-    for each in keys:
-        table, _, key = str(each).partition(".")
+    for dotted in keys:
+        table, _, key = str(dotted).partition(".")
         if not forms(table):
             words = f"no table of a mission; they are {', '.join(TABLES)}"
-            yield Fault(place, shown(each), words)
+            yield Fault(place, shown(dotted), words)
         elif key and key not in table_keys(table):
-            yield Fault(place, shown(each), f"no key of [{table}]{nearest(key, table_keys(table))}")
+            yield Fault(
+                place, shown(dotted), f"no key of [{table}]{nearest(key, table_keys(table))}"
+            )
 
 
 def _faults_of_problem(problem: type[Formulation] | Formulation, name: str) -> Iterator[Fault]:
@@ -298,7 +300,7 @@ def _faults_of_engine(engine: Engine, name: str) -> Iterator[Fault]:
             words = f"must be one of {', '.join(map(str, known))}"
             yield Fault(f"engine {name}: {attribute}", shown(value), words)
     if isinstance(engine.needs, tuple | list):
-        needs = ((f"engine {name}: needs", each, get_args(Need)) for each in engine.needs)
+        needs = ((f"engine {name}: needs", need, get_args(Need)) for need in engine.needs)
         yield from unlisted(*needs)
     else:
         words = 'a tuple, such as ("derivatives",)'
@@ -341,7 +343,7 @@ def _kind(
 
 def _ours(models: Mapping[str, type]) -> tuple[str, ...]:
     """Names of the models that come with the package."""
-    return tuple(name for name, each in models.items() if each.__module__.startswith("optuav."))
+    return tuple(name for name, model in models.items() if model.__module__.startswith("optuav."))
 
 
 FLIGHT = _kind(

@@ -30,7 +30,7 @@ MOST_SUGGESTIONS = 50
 MOST_VALUES, MOST_RUNS = 5, 5  # wrong values and runs of lines that a fault lists
 
 GRAVITY_N_KG = 9.80665
-UNITS: Mapping[str, Mapping[str, float]] = {
+SIZES_OF_UNITS: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "current": {"A": 1.0, "mA": 1e-3},
     "voltage": {"V": 1.0, "mV": 1e-3},
@@ -78,7 +78,7 @@ ROUNDED_UNIT = 1e-9  # relative, of a change of units
 
 
 class Format(NamedTuple):
-    """The columns of a file with their kinds, keys of `UNITS`, and the fewest lines."""
+    """The columns of a file with their kinds, keys of `SIZES_OF_UNITS`, and the fewest lines."""
 
     kinds: Mapping[str, str]
     optional: tuple[str, ...] = ()  # columns that may be missing
@@ -98,7 +98,7 @@ class Format(NamedTuple):
         return {
             f"{name}_{unit}".rstrip("_"): size
             for name, own, kind in self.names
-            for unit, size in (UNITS[kind].items() if own == column else ())
+            for unit, size in (SIZES_OF_UNITS[kind].items() if own == column else ())
         }
 
     def named(self, heading: str) -> str | None:
@@ -287,8 +287,10 @@ def unit_doubts(
     """A warning of a size in SI units that no UAV has, naming units that would make it usual."""
     least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
-        meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
-        heading = f"{column}_{next(iter(UNITS[kind]))}".rstrip("_")
+        meant = [
+            each for each, worth in SIZES_OF_UNITS[kind].items() if least <= size * worth <= most
+        ]
+        heading = f"{column}_{next(iter(SIZES_OF_UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
         hint = f"; perhaps {heading} is in {' or '.join(meant)}" if meant else ""
         look = f"look at the units in the names of the columns{hint}"

@@ -45,12 +45,12 @@ NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
 """Names of values that are no keys of a mission."""
 WIDTH = 98  # letters of a comment
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
-CLOSE = 1e-12  # tolerances of a fit
+FIT_TOLERANCE = 1e-12  # tolerances of a fit
 MOST_STEPS = 100  # of a fit; a few tens do where the data determine all
 BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
 NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
 TIE = 1e-6  # relative difference of two sums of squares that is rounding
-SAME = 1e-4  # difference of two optima, in logarithms, that is rounding
+SAME_OPTIMUM = 1e-4  # difference of two optima, in logarithms, that is rounding
 WIDE = math.log(10.0)  # half width, of a logarithm or logit, of a value that is not determined
 ROUNDED_DIRECTION = 1e-3  # component of a blind direction that may come from rounding
 
@@ -77,7 +77,7 @@ class Value:
     determined: bool = True  # Whether the data determine it
     stated: bool = True  # Whether a mission gets it
 
-    def figures(self, between: str) -> list[str]:
+    def value_and_interval(self, between: str) -> list[str]:
         """The value to six digits or more, and its interval if it is known, `between` its ends."""
         ends = self.interval or ()
         size = max(map(abs, (self.value, *ends)))
@@ -90,7 +90,7 @@ class Value:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
         entry = _entry(self.key.partition(".")[2], rounded(self.value))
         if self.determined:
-            yield _remark(f"; {SURE}: ".join([self.origin, *self.figures(" to ")[1:]]))
+            yield _remark(f"; {SURE}: ".join([self.origin, *self.value_and_interval(" to ")[1:]]))
         else:
             beside = "; it holds beside the other fitted values only" if self.stated else ""
             yield _remark(f"{self.origin}; the data do not determine it{beside}")
@@ -242,7 +242,7 @@ class Fit(Presented):
         for value in self.rows:
             name, _, key = value.key.rpartition(".")
             name = name or "battery"
-            number, *interval = value.figures(" – ")
+            number, *interval = value.value_and_interval(" – ")
             if not value.determined:
                 number, interval = number if value.stated else "?", ["not determined"]
                 loose.setdefault(name, []).append(len(tables.get(name, ())))
@@ -321,7 +321,7 @@ class Estimate(NamedTuple):
     undetermined: tuple[str, ...]  # keys that the data do not determine or tell apart
     unsure: tuple[str, ...] = ()  # that they hardly do
 
-    def stated(self, origin: str, *, always: bool = False) -> tuple[Value, ...]:
+    def values_for_mission(self, origin: str, *, always: bool = False) -> tuple[Value, ...]:
         """The values for a mission, which gets none unless one is determined, or `always` all."""
         rows, blind = (
             zip(self.keys, self.values.tolist(), self.intervals, strict=True),
@@ -377,7 +377,7 @@ def estimate(
     # Steps of "trf" keep out of directions where the data are blind, and one-sided differences
     # leave the optimum uncertain in its seventh digit.
     how: dict[str, Any] = {"method": "trf", "jac": "3-point", "max_nfev": MOST_STEPS}
-    how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
+    how |= dict.fromkeys(("xtol", "ftol", "gtol"), FIT_TOLERANCE)
     found: list[Any] = [least_squares(inside, np.log(start), **how) for start in starts]
     least = min(estimate.cost for estimate in found)
     most = least + TIE * (least + (spread or 0.0) ** 2)
@@ -396,7 +396,7 @@ def estimate(
         ends = outer(best.x - reach).tolist(), outer(best.x + reach).tolist()
         intervals = tuple(map(ConfidenceInterval, *ends))
         # Rounding would choose one of several equally good optima.
-        apart = [np.abs(tie.x - best.x) > np.maximum(reach, SAME) for tie in ties]
+        apart = [np.abs(tie.x - best.x) > np.maximum(reach, SAME_OPTIMUM) for tie in ties]
         wide = wide | (reach > WIDE) | np.any(apart, axis=0)
     undetermined = tuple(compress(keys, wide))
     return Estimate(tuple(keys), outer(best.x), best.fun, sigma, intervals, undetermined)

@@ -63,7 +63,7 @@ MOST_PIECES = 200_000  # most pieces of constant current of a load until the bat
 LEAST_DISCHARGES = 3
 LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
 SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
-LARGE = 0.03  # relative scatter of lifetimes that a few of them may hide by chance
+HIDDEN_SCATTER = 0.03  # relative scatter of lifetimes that a few of them may hide by chance
 CHANCE = 5.0  # how many times smaller theirs may then be
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 SETTLING_S = 30.0  # 1/k' of wells whose lag is known and whose rate is not
@@ -228,7 +228,11 @@ def fit_kibam(
     wells = _wells(discharges, SCATTER if few else None, miss, never_longer=never_longer)
     estimated, lag, edge = wells.estimate, wells.lag, wells.edge
     data = f"{count} discharges of one full pack"
-    fitted = [*estimated.stated(f"fitted to {count} discharges of one pack", always=lag.determined)]
+    fitted = [
+        *estimated.values_for_mission(
+            f"fitted to {count} discharges of one pack", always=lag.determined
+        )
+    ]
     if wells.settled:
         origin = f"lag {lag.value:.3g} s; settling {SETTLING_S:g} s assumed"
         fitted[1:] = (replace(value, origin=origin) for value in fitted[1:])
@@ -443,7 +447,11 @@ def _wells(
     ties = [optimum for optimum in optima if optimum[2] @ optimum[2] <= most]
     if len(ties) > 1:
         misses = [miss(values) for _, values, _ in ties]
-        ties = [*itertools.compress(ties, (missed <= min(misses) + fit.SAME for missed in misses))]
+        ties = [
+            *itertools.compress(
+                ties, (missed <= min(misses) + fit.SAME_OPTIMUM for missed in misses)
+            )
+        ]
     rate, values, left = ties[0]
     sigma = math.sqrt(least / freedom) if spread is None else spread
 
@@ -460,7 +468,7 @@ def _wells(
     settled = is_usual and lag_is_known
 
     # A few discharges may agree by chance, and would seem clear just where they are wrong.
-    largest = sigma if spread else max(sigma, min(LARGE, CHANCE * sigma))
+    largest = sigma if spread else max(sigma, min(HIDDEN_SCATTER, CHANCE * sigma))
     sure = largest * quantile(CLEAR, None)
     clear = np.subtract(*sums.region(rate, least + sure**2).values[::-1])
     low, high = region.values

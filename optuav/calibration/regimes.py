@@ -322,7 +322,11 @@ def _motion(
         missing = "acceleration_m_s2 and max_speed_m_s are missing here"
         advice = "for legs at different speeds use rotary-wing"
         return (), (course,), (f"{words}: {missing}; {advice}",)
-    return estimated.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
+    return (
+        estimated.values_for_mission(f"fitted to the speed of {len(legs)} legs"),
+        (course,),
+        warnings,
+    )
 
 
 def _speeds(

@@ -108,7 +108,7 @@ def fit_rotary_wing(
     of_columns = (words for table in tables for words in table.doubts())
     doubts = dict.fromkeys(itertools.chain(*left_out, of_columns, _doubts(estimated, speed)))
     data = f"{len(speed)} points of steady level flight"
-    values = estimated.stated(f"fitted to {len(speed)} points")
+    values = estimated.values_for_mission(f"fitted to {len(speed)} points")
     said = (*estimated.warnings, *doubts)
     found = Fit("rotary-wing", sources, data, values, (panel,), said)
     found = replace(found, notes=tuple(notes), logs=tuple(flown))

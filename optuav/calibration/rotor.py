@@ -168,7 +168,7 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
     per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
     doubts += csv.unit_doubts("the thrust per power", per_W, "thrust", "force", THRUST_PER_POWER)
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
-    lift, *electric = estimated.stated(f"fitted to {count} points")
+    lift, *electric = estimated.values_for_mission(f"fitted to {count} points")
     if not any(value.determined for value in electric):  # then those of the mission go together
         electric = [replace(value, stated=False) for value in electric]
     values = (lift, *electric, fastest)

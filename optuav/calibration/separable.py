@@ -32,7 +32,10 @@ Columns: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 BETTER = 1e-6  # relative gain of the sum of squares that makes another optimum
 ROUNDED_DEVIATION = 1e-9  # least standard deviation, over the root mean square of the observations
 FIRST_STEP = 0.05  # of a search for an end, in logarithms
-CLOSE, END = 1e-9, 1e-8  # relative tolerances of a sum of squares, and of an end
+SQUARES_TOLERANCE, END_TOLERANCE = (
+    1e-9,
+    1e-8,
+)  # relative tolerances of a sum of squares, and of an end
 WIDE = math.exp(fit.WIDE)  # factor of an end to a value that is not determined
 MOST_OPTIMA = 5  # optima, each better than the last, after which the search ends
 
@@ -82,7 +85,9 @@ class Problem(NamedTuple):
 
         how: dict[str, Any] = {"method": "dogbox", "max_nfev": fit.MOST_STEPS}
         # One-sided differences leave the place uncertain in its seventh digit, not the sum.
-        how["jac"], close = ("3-point", fit.CLOSE) if place < 0 else ("2-point", CLOSE)
+        how["jac"], close = (
+            ("3-point", fit.FIT_TOLERANCE) if place < 0 else ("2-point", SQUARES_TOLERANCE)
+        )
         how |= dict.fromkeys(("xtol", "ftol", "gtol"), close)
         bounds = np.log(np.array(self.others)[free].T)
         inside = np.clip(np.log(start[free]), *bounds)  # rounding may leave them
@@ -157,4 +162,12 @@ def _end(
         if outer == bound:
             return high if up else low
         inner, step = outer, 2.0 * step
-    return back(brentq(beyond, inner, outer, xtol=END * max(abs(inner), abs(outer)), rtol=END))
+    return back(
+        brentq(
+            beyond,
+            inner,
+            outer,
+            xtol=END_TOLERANCE * max(abs(inner), abs(outer)),
+            rtol=END_TOLERANCE,
+        )
+    )

@@ -41,7 +41,7 @@ Time = Literal["flight_time_s", "mission_time_s"]
 Charge = Literal["battery_percent", "energy_percent", "adjusted_percent"]
 Cell = Literal[Time, Charge, "flight_voltage_V", "hover_voltage_V"]
 """Quantities that a row may state: times, charge left by perspective, mean voltages."""
-UNITS = {"s": "s", "percent": "%", "V": "V"}
+SYMBOLS_OF_UNITS = {"s": "s", "percent": "%", "V": "V"}
 Positive = Annotated[float, Range("-", gt=0)]
 Duration = Annotated[float, Range("s", ge=0)]
 ROUNDED_STEP = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
@@ -202,7 +202,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     if again := count - len(different):
         repeat = f"{plural(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
         warnings.append(f"{repeat}: state it as a check, or the intervals are too narrow")
-    values = estimated.stated(f"fitted to {plural(count, 'number')} of the table")
+    values = estimated.values_for_mission(f"fitted to {plural(count, 'number')} of the table")
     sure = [key for key in tied if any(value.stated for value in values)]
     settings = {**table.stated.known, **{key: rounded(value_of(mission, key)) for key in sure}}
     fitted, predicted = plural(count, "number"), f"{roles.count('predicted')} predicted"
@@ -266,7 +266,7 @@ def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -
         if own:
             words, _, unit = quantity.rpartition("_")
             observed, computed, names, kinds = zip(*own, strict=True)
-            heads = words.replace("_", " "), UNITS[unit]
+            heads = words.replace("_", " "), SYMBOLS_OF_UNITS[unit]
             yield Panel(*heads, observed, computed, names, roles=kinds)
 
 

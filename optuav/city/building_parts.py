@@ -17,8 +17,8 @@ import shapely
 from optuav.arrays import Booleans
 from optuav.city.columns import affirmed, column, tag, texts
 
-MOST = 0.5  # Share of a part that lies in its outline
-LEFT = 0.1  # Least share of an outline that counts where its parts leave it free
+INSIDE_SHARE = 0.5  # Share of a part that lies in its outline
+LEFT_SHARE = 0.1  # Least share of an outline that counts where its parts leave it free
 NARROW_DEG = 1e-9  # Width of holes that are too narrow to be cut, a tenth of a millimetre
 
 
@@ -55,7 +55,7 @@ def in_place_of_outlines(town: Any) -> tuple[Any, Any, Any]:
     part, whole = shapely.STRtree(shapes[wholes]).query(shapes[parts], predicate="intersects")
     part, whole = parts[part], wholes[whole]
     shared = shapely.area(shapely.intersection(shapes[part], shapes[whole]))
-    inside = shared > MOST * shapely.area(shapes[part])
+    inside = shared > INSIDE_SHARE * shapely.area(shapes[part])
     part, whole = part[inside], whole[inside]
     roof_m, of_levels = (town[name].to_numpy().copy() for name in ("roof_m", "of_levels"))
     bare = np.isnan(roof_m[part])
@@ -79,7 +79,7 @@ def _left_free(outline: Any, parts: npt.NDArray[np.object_]) -> Any:
     taken = shapely.union_all(parts)
     shapely.prepare(taken)
     pieces = shapely.get_parts(shapely.difference(outline, taken))
-    large = pieces[shapely.area(pieces) >= LEFT * outline.area]
+    large = pieces[shapely.area(pieces) >= LEFT_SHARE * outline.area]
     # No multipolygon: its polygons may not share edges.
     return shapely.geometrycollections([*_cut(large, taken)]) if len(large) else None
 

@@ -53,12 +53,12 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
             document = {**parts[0], **part}  # Features share scale, system and templates
             corners = _corners(document, file)
             at, objects, prisms = "CityObjects", document["CityObjects"], dict[str, Prism]()
-            for name, each in objects.items():
+            for name, thing in objects.items():
                 at = f"CityObjects, {shown(name)}"
-                if _is_building(each):
-                    prisms[name] = _prism(each.get("geometry") or (), corners, document, file)
+                if _is_building(thing):
+                    prisms[name] = _prism(thing.get("geometry") or (), corners, document, file)
                 else:
-                    kinds[each["type"]] += 1
+                    kinds[thing["type"]] += 1
             at, above = "CityObjects", _above(objects)
             wholes, by_parts = dict[str, list[str]](), set[str]()
             for name, (surfaces, *_) in prisms.items():
@@ -66,10 +66,10 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
                 wholes[name] = [*_wholes(name, above)]
                 by_parts.update(wholes[name][1:] if surfaces else ())
             for name, prism in prisms.items():
-                each, (_, low_end, high_end) = objects[name], prism
-                below = each["type"].endswith("Part") and high_end > low_end  # Of parts on it
+                thing, (_, low_end, high_end) = objects[name], prism
+                below = thing["type"].endswith("Part") and high_end > low_end  # Of parts on it
                 if name not in by_parts or below:
-                    attributes = each.get("attributes") or {}
+                    attributes = thing.get("attributes") or {}
                     rows.append((name, wholes[name][-1], *prism, attributes))
         at, columns = "metadata or attributes", zip(*rows, strict=True) if rows else ((),) * 6
         names, whole, surfaces, low, high, known = map(list, columns)
@@ -102,19 +102,21 @@ def _near(corners: Floats, file: Path) -> Floats:
     return corners
 
 
-def _is_building(each: dict[str, Any]) -> bool:
+def _is_building(thing: dict[str, Any]) -> bool:
     """Return whether an object is a building or a part of one, also by an extension."""
-    return bool(BUILDING.fullmatch(each["type"]))
+    return bool(BUILDING.fullmatch(thing["type"]))
 
 
 def _above(objects: Mapping[str, Any]) -> dict[str, str]:
     """The building that each part belongs to, which one of the two may state."""
-    buildings = {name: each for name, each in objects.items() if _is_building(each)}
+    buildings = {name: building for name, building in objects.items() if _is_building(building)}
     above = {
-        child: name for name, each in buildings.items() for child in each.get("children") or ()
+        child: name
+        for name, building in buildings.items()
+        for child in building.get("children") or ()
     }
-    for name, each in buildings.items():
-        above.update((name, whole) for whole in each.get("parents") or () if whole in buildings)
+    for name, building in buildings.items():
+        above.update((name, whole) for whole in building.get("parents") or () if whole in buildings)
     return above
 
 

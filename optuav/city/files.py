@@ -148,10 +148,10 @@ def _of_parquet(file: Path, layer: str | None, bbox: Any) -> Any:
         schema, rows = parquet.read_schema(file), parquet.read_metadata(file).num_rows
     except (pyarrow.ArrowException, OSError):
         raise refusal(file, "is a Parquet file that is damaged or cut off") from None
-    if (stated := (schema.metadata or {}).get(b"geo")) is None:
+    if (geo_text := (schema.metadata or {}).get(b"geo")) is None:
         raise refusal(file, "is a Parquet file without the metadata of GeoParquet")
     try:
-        geo = json.loads(stated)
+        geo = json.loads(geo_text)
         first = geo["columns"][geo["primary_column"]]
         own = [each.name for each in schema if not pyarrow.types.is_nested(each.type)]
         if geo["primary_column"] not in own:
@@ -167,7 +167,7 @@ def _of_parquet(file: Path, layer: str | None, bbox: Any) -> Any:
     return frame if frame.index.is_unique else frame.reset_index(drop=True)
 
 
-def own(frame: Any, file: Path, layer: object) -> Any:
+def checked_table(frame: Any, file: Path, layer: object) -> Any:
     """A table from Python, with columns named by texts and features named once."""
     if layer is not None or frame.active_geometry_name is None:
         raise refusal(file, "has no layers" if layer is not None else "has no geometry")
@@ -226,40 +226,40 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
     return frame
 
 
-def placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
+def placed(file: Path, frame: Any, system: pyproj.CRS | None) -> Any:
     """The features in the reference system of their file, or else in the one that is stated."""
     if frame.crs is not None and frame.crs.name in UNDEFINED:
         frame = frame.set_crs(None, allow_override=True)
     if frame.crs is not None and not _is_of_maps(frame.crs):
-        if stated is None:
+        if system is None:
             words = f"states {shown(frame.crs.name)}, which is not a system of maps"
             raise refusal(file, f"{words}; state it as crs")
         frame = frame.set_crs(None, allow_override=True)
-    if stated is None and frame.crs is None:
+    if system is None and frame.crs is None:
         raise refusal(file, "has no coordinate reference system; state it as crs")
-    if stated is None or _same(frame.crs, stated):
+    if system is None or _same(frame.crs, system):
         return frame
     if frame.crs is not None:
         words = f"{label(file)} {frame.attrs.get(WHY, 'states')} {frame.crs.to_string()}"
-        raise InputError([Fault("crs", shown(stated.to_string()), words)])
-    return frame.set_crs(stated)
+        raise InputError([Fault("crs", shown(system.to_string()), words)])
+    return frame.set_crs(system)
 
 
-def _same(own: pyproj.CRS | None, stated: pyproj.CRS) -> bool:
+def _same(own: pyproj.CRS | None, system: pyproj.CRS) -> bool:
     """Return whether two systems differ in the order of their axes at most."""
     if own is None:
         return False
     degrees = ("EPSG:4326", "EPSG:4979", "OGC:CRS84", "OGC:CRS84h")
-    return own.equals(stated, ignore_axis_order=True) or (
-        own.to_string() in degrees and stated.to_string() in degrees
+    return own.equals(system, ignore_axis_order=True) or (
+        own.to_string() in degrees and system.to_string() in degrees
     )
 
 
-def system_of(stated: object) -> pyproj.CRS | None:
+def system_of(system: object) -> pyproj.CRS | None:
     """A reference system of maps; None if pyproj knows none like that."""
     with suppress(pyproj.exceptions.CRSError):
-        crs = system_named(stated) if isinstance(stated, str) else None
-        crs = crs or pyproj.CRS.from_user_input(stated)
+        crs = system_named(system) if isinstance(system, str) else None
+        crs = crs or pyproj.CRS.from_user_input(system)
         return crs if _is_of_maps(crs) else None
     return None
 

@@ -35,22 +35,22 @@ def of_xml(file: Path) -> Iterator[Element]:
     tags: dict[str, str] = {}
     nodes, places, members = list[Any](), list[Any](), list[dict[str, Any]]()
     try:
-        for _, each in ElementTree.iterparse(io.StringIO(text)):
-            facts = each.attrib
-            if each.tag == "tag":
+        for _, item in ElementTree.iterparse(io.StringIO(text)):
+            facts = item.attrib
+            if item.tag == "tag":
                 tags[facts["k"]] = facts["v"]
-            elif each.tag == "nd":
+            elif item.tag == "nd":
                 nodes.append(facts.get("ref"))
                 places.append(facts if "lat" in facts else None)
-            elif each.tag == "member":
+            elif item.tag == "member":
                 members.append({**facts, "geometry": places})
                 nodes, places = [], []
-            elif each.tag in ("node", "way", "relation"):
+            elif item.tag in ("node", "way", "relation"):
                 if not {facts.get("action"), facts.get("visible")} & {"delete", "false"}:
                     found = {"nodes": nodes, "geometry": places, "members": members, "tags": tags}
-                    yield {**found, **facts, "type": each.tag}
+                    yield {**found, **facts, "type": item.tag}
                 tags, nodes, places, members = {}, [], [], []
-                each.clear()
+                item.clear()
     except ElementTree.ParseError as error:
         line, column = error.position
         raise refusal(file, f"is damaged or cut off at line {line}, column {column}") from None
@@ -71,29 +71,29 @@ def plain(elements: Iterable[Element], file: Path) -> tuple[str, tuple[str, ...]
         return numbers.setdefault(key, len(numbers) + 1)
 
     try:
-        for each in every:
-            if each["type"] == "node" and "lat" in each:
-                at[str(each["id"])] = number(each)
+        for element in every:
+            if element["type"] == "node" and "lat" in element:
+                at[str(element["id"])] = number(element)
             else:
-                listed.append(each)
-        for each in listed:
-            if each["type"] == "way":
-                places = [place for place in each.get("geometry") or () if place]
-                whole = len(places) == len(each.get("nodes") or places) > 0
-                refs = [*map(number, places)] if whole else _known(each, at)
-                bare += not refs and _is_building(each)
-                ways[str(each["id"])] = refs, _tags(each.get("tags") or {})
-        for each in listed:
-            if each["type"] == "relation":
+                listed.append(element)
+        for element in listed:
+            if element["type"] == "way":
+                places = [place for place in element.get("geometry") or () if place]
+                whole = len(places) == len(element.get("nodes") or places) > 0
+                refs = [*map(number, places)] if whole else _known(element, at)
+                bare += not refs and _is_building(element)
+                ways[str(element["id"])] = refs, _tags(element.get("tags") or {})
+        for element in listed:
+            if element["type"] == "relation":
                 members = list[tuple[str, str]]()
-                for member in each.get("members") or ():
+                for member in element.get("members") or ():
                     places = [place for place in member.get("geometry") or () if place]
                     ref = str(member["ref"])
                     if member["type"] == "way":
                         ways.setdefault(ref, ([*map(number, places)], ""))
                         members.append((ref, str(member.get("role", ""))))
-                bare += _is_building(each) and not any(ways[ref][0] for ref, _ in members)
-                relations[str(each["id"])] = members, _tags(each.get("tags") or {})
+                bare += _is_building(element) and not any(ways[ref][0] for ref, _ in members)
+                relations[str(element["id"])] = members, _tags(element.get("tags") or {})
     except UNREADABLE:
         raise refusal(file, "is not as OpenStreetMap or Overpass writes it") from None
     if listed and not any(refs for refs, _ in ways.values()):

@@ -17,7 +17,7 @@ from optuav.arrays import Floats, Integers
 from optuav.city.building_parts import built, in_place_of_outlines, underground
 from optuav.city.city import ON_EARTH, City, on_earth
 from optuav.city.cityjson import FARTHEST
-from optuav.city.files import features_of, own, placed, system_of
+from optuav.city.files import checked_table, features_of, placed, system_of
 from optuav.city.heights import OF_OPENSTREETMAP, heights, remarks_on
 from optuav.city.outlines import mended, parts_of
 from optuav.city.questions import in_feet, not_asked, nowhere, unknown_heights
@@ -124,7 +124,7 @@ def read(
         faults.append(Fault("crs", shown(crs), words))
     with collected(faults):
         if isinstance(path, geopandas.GeoDataFrame):
-            frame = own(path, file, layer)
+            frame = checked_table(path, file, layer)
         else:
             file = path_of(path, words="a path or a GeoDataFrame")
             within = bbox if crs is None and not faults else None

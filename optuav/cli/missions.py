@@ -95,7 +95,7 @@ def _blocks(mission: Mission) -> Iterator[Block]:
     yield Note([f"{mission.name}  {mission.description}".rstrip()])
     sections = [item for item in vars(mission).items() if isinstance(item[1], MissionSection)]
     tables = {f"[{name}]": [*_settings(section)] for name, section in sections}
-    tables["derived"] = [(each.name, each.text, each.unit) for each in derived(mission)]
+    tables["derived"] = [(figure.name, figure.text, figure.unit) for figure in derived(mission)]
     parts = ([("", "", ""), (name, "", ""), *lines] for name, lines in tables.items())
     yield Table((), [*chain.from_iterable(parts)][1:], words=3)
     if mission.buildings:
@@ -125,15 +125,15 @@ def _buildings(figures: Iterable[BuildingFigures]) -> Table:
     """A line a building: its place, its light, and the flight time by way of it."""
     heads = ("name", "position m", "footprint m", "received W", "T_fl s rest first", "hover first")
     rows = list[Sequence[str]]()
-    for each in figures:
-        size = each.footprint_m or ()
-        times = each.rest_first_s, each.hover_first_s
+    for building in figures:
+        size = building.footprint_m or ()
+        times = building.rest_first_s, building.hover_first_s
         polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
         row = (
-            each.name,
-            " ".join(f"{x:g}" for x in each.position_m),
+            building.name,
+            " ".join(f"{x:g}" for x in building.position_m),
             polygon or " × ".join(map(_shown, size)),
-            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
+            f"{building.received_power_W:.1f}" if building.laser_sight else "no sight",
             *(fixed(time_s, otherwise="–") for time_s in times),
         )
         rows.append(row)
@@ -143,11 +143,11 @@ def _buildings(figures: Iterable[BuildingFigures]) -> Table:
 def _links(figures: Iterable[LinkFigures]) -> Table:
     """A line a place: its distance, its share of the light, and what that charges."""
     rows = list[Sequence[str]]()
-    for each in figures:
+    for link in figures:
         dark = ("no sight", "–")
-        charged = f"{each.received_power_W:.1f}", f"{each.charge_current_A:.2f}"
-        known = f"{each.distance_m:.1f}", percent(each.share)
-        rows.append((each.name, *known, *(charged if each.laser_sight else dark)))
+        charged = f"{link.received_power_W:.1f}", f"{link.charge_current_A:.2f}"
+        known = f"{link.distance_m:.1f}", percent(link.share)
+        rows.append((link.name, *known, *(charged if link.laser_sight else dark)))
     heads = ("place", "distance m", "share", "DC power W", "current A")
     return Table(heads, rows, above="beam")
 
@@ -222,7 +222,7 @@ def _sheet(form: type[Drone], stated: Mapping[str, Any]) -> Drone:
     known = {INSTEAD.get(name, name) for name in answers} | {"battery"}
     if "hover_power_W" in answers:
         known.add("cruise_min")  # Without it the hover time, which is not stated
-    needed = {name for name, each in fields if each.is_required() or name == "hover_min"}
+    needed = {name for name, field in fields if field.is_required() or name == "hover_min"}
     for name, field in fields if needed - known and sys.stdin.isatty() else ():
         if name not in known | INSTEAD.keys():
             default = answers["hover_min"] if name == "cruise_min" else field.get_default()

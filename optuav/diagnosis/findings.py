@@ -32,7 +32,7 @@ class ConstraintAtOptimum:
     words: str = ""  # Limited quantity, without symbols
 
     @property
-    def figures(self) -> str:
+    def both_sides(self) -> str:
         """Both sides in numbers."""
         left = figure(self.left, beside=max(1.0, abs(self.right)))
         return f"{left} {self.sense} {with_unit(self.right, self.unit)}"

@@ -41,7 +41,7 @@ PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capa
 PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.obstacles", "limits."]
 PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "link.noise_power_W", "body.mass_kg"]
 """Keys that a planner can change, the easiest first; other loads and physics come after."""
-MOST = 1e3  # Largest change that is tried, as a factor
+LARGEST_FACTOR = 1e3  # Largest change that is tried, as a factor
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
@@ -197,7 +197,13 @@ def outward(key: Key, sign: int) -> Iterator[float]:
     scale = abs(key.now) or 1e-6 * max(abs(key.low), abs(key.high))
     by_factor = key.low >= 0.0 and key.now != 0.0
     value = key.now
-    for share, factor in ((0.2, 1.2), (1.0, 2.0), (10.0, 10.0), (100.0, 100.0), (MOST, MOST)):
+    for share, factor in (
+        (0.2, 1.2),
+        (1.0, 2.0),
+        (10.0, 10.0),
+        (100.0, 100.0),
+        (LARGEST_FACTOR, LARGEST_FACTOR),
+    ):
         step = key.now * factor**sign if by_factor else key.now + sign * share * scale
         before, value = value, sign * math.ceil(sign * step) if key.whole else step
         if sign * value >= sign * last:
@@ -214,7 +220,7 @@ def _own(question: MissionQuestion) -> Iterator[Key]:
     for option in fields(problem) if problem.name not in PROBLEM_NAMES else ():
         now = getattr(problem, option.name)
         if isinstance(now, int | float) and not isinstance(now, bool):
-            far, whole = MOST * abs(now) or MOST, option.type in (int, "int")
+            far, whole = LARGEST_FACTOR * abs(now) or LARGEST_FACTOR, option.type in (int, "int")
             yield Key(option.name, now, 0.0 if now >= 0 else -far, far, whole, "")
 
 

@@ -164,7 +164,7 @@ def _optimum(explained: Explanation) -> Iterator[Block]:
     others = [side for side in sides if side.kind not in LABELS]
     names = [_limit(well) for well in wells if well.binds]
     names = names if sides else [*map(constraint_words, plan.binding)]
-    rows = [(_limit(other), _whole(other.figures)) for other in others if other.binds]
+    rows = [(_limit(other), _whole(other.both_sides)) for other in others if other.binds]
     yield Table((), [*rows, *((name, "") for name in names)], words=2, label="Binding")
     yield Table((), [*_spare(wells, others)], words=2, label="To spare")
     if sides:
@@ -179,7 +179,7 @@ def _spare(
     wells: list[ConstraintAtOptimum], others: list[ConstraintAtOptimum]
 ) -> Iterator[tuple[str, str]]:
     """Slack of what does not bind; of the wells in flight, the least stands for all."""
-    yield from ((e.spare, f"{_limit(e)}: {_whole(e.figures)}") for e in others if not e.binds)
+    yield from ((e.spare, f"{_limit(e)}: {_whole(e.both_sides)}") for e in others if not e.binds)
     free = [well for well in wells if not well.binds]
     for well in free:
         if not well.in_flight:
@@ -193,7 +193,7 @@ def _spare(
 def _all_constraints(explained: Explanation) -> tuple[str, list[Table]]:
     """Title and table of all constraints as they are stated, those that bind first."""
     sides = sorted(explained.constraints, key=lambda side: not side.binds)
-    rows = [(e.words, e.label, e.statement, e.figures, e.spare) for e in sides]
+    rows = [(e.words, e.label, e.statement, e.both_sides, e.spare) for e in sides]
     heads = ("limit", "constraint", "as stated", "in numbers", "to spare")
     well = "; y1_k is the charge in the available well after step k"
     shows_well = any(e.step is not None and e.statement for e in sides)

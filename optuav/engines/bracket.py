@@ -36,8 +36,8 @@ from optuav.engines.rows import (
     bracket_root,
     levelled,
     rows_of,
-    some,
     stated_forms,
+    take_entries,
 )
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
@@ -67,7 +67,7 @@ class Interval(NamedTuple):
     beyond: Floats  # No point has a larger x than this [s]; −inf without any point
 
 
-def largest(
+def bracket_largest(
     rows: Rows,
     x_top: Floats,
     y_top: Floats,
@@ -87,23 +87,25 @@ def largest(
     x, y, beyond = _monotone(rows, x_top, y_top, np.asarray(least, float))
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
-        y[lost] = Rows(*some(rows, lost)).at_x(x[lost]).end(y_top[lost], smallest=True)
+        y[lost] = Rows(*take_entries(rows, lost)).at_x(x[lost]).end(y_top[lost], smallest=True)
         lost = lost[np.isnan(y[lost])]
     if len(lost):
         x[lost], y[lost], beyond[lost] = _sweep(
-            Rows(*some(rows, lost)), x_top[lost], y_top[lost], beyond[lost], any_point
+            Rows(*take_entries(rows, lost)), x_top[lost], y_top[lost], beyond[lost], any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
 
-def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
+def shortest(rows: Rows, bracketed: Interval, y_top: Floats) -> Floats:
     """Smallest y that satisfies all rows, for the x of each programme; NaN without one.
 
     Where rounding hides it, as where x leaves no room, it is the y that is known to hold.
     """
-    y = found.y.copy()
-    here = np.flatnonzero(~np.isnan(found.x))
-    smallest = Rows(*some(rows, here)).at_x(found.x[here]).end(y_top[here], smallest=True)
+    y = bracketed.y.copy()
+    here = np.flatnonzero(~np.isnan(bracketed.x))
+    smallest = (
+        Rows(*take_entries(rows, here)).at_x(bracketed.x[here]).end(y_top[here], smallest=True)
+    )
     y[here] = np.fmin(smallest, y[here])
     return y
 
@@ -140,8 +142,8 @@ def _monotone(
     def margin(x: Floats, starts: Floats, slopes: Floats, *own: Floats) -> Floats:
         """Return the least slack of the rows at the largest y under the lines, not below 0."""
         y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
-        found: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
-        return found
+        least: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
+        return least
 
     lines = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
     hopeless = (starts < 0.0).any(axis=0) | ~(end >= least)
@@ -170,7 +172,7 @@ def _sweep(
     for _ in range(MOST_BOXES):
         if not len(open_):
             break
-        here, top, high = Rows(*some(rows, open_)), y_top[open_], beyond[open_]
+        here, top, high = Rows(*take_entries(rows, open_)), y_top[open_], beyond[open_]
         low = np.maximum(high - size[open_], np.nan_to_num(x[open_]))
         empty = _empty(here, rising[:, open_], low, high, top)
         beyond[open_] = np.where(empty, low, high)
@@ -194,7 +196,7 @@ def _sweep(
 
     # With that y, a little farther as a rule.
     farthest, _ = bracket_root(
-        margin, x[known], beyond[known], EDGE_S, y[known], *some(rows, known)
+        margin, x[known], beyond[known], EDGE_S, y[known], *take_entries(rows, known)
     )
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
@@ -209,7 +211,9 @@ def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Float
     if len(left):
         reach_y = np.stack([smallest, over.end(y_top)])[:, left]
         x, reach_x = 0.5 * (low + high)[left], 0.5 * (high - low)[left]
-        most = _most(Rows(*some(rows, left)), rising[:, left], x, reach_x, reach_y, y_top[left])
+        most = _most(
+            Rows(*take_entries(rows, left)), rising[:, left], x, reach_x, reach_y, y_top[left]
+        )
         empty[left] = most < 0.0
     return empty
 
@@ -239,8 +243,8 @@ def _most(
     bend_y = ky * -np.minimum(0.0, np.minimum(e + f * V_low, e + f * V_high))
     bent = 0.5 * bend_x * reach_x**2 + np.abs(f) * reach_x * reach_y + 0.5 * bend_y * reach_y**2
     here = Rows(both[:, None], kx, ky).at(x, y)[0]
-    found: Floats = here + np.abs(slope) * reach_x + bent
-    return found
+    most: Floats = here + np.abs(slope) * reach_x + bent
+    return most
 
 
 def solve(
@@ -263,7 +267,7 @@ def solve(
     if tapers := any(form.relaxed for form in forms):
         interval = _tapered(model, numbers, forms, names, tops, rows)
     else:
-        interval = largest(rows, *tops)
+        interval = bracket_largest(rows, *tops)
         interval = interval._replace(y=shortest(rows, interval, tops[1]))
     none, unknown = np.isneginf(interval.beyond), np.isnan(interval.x)
     open_ = interval.beyond - interval.x > SAME_S
@@ -342,11 +346,11 @@ def _tapered(
         return least
 
     others = rows_of([form for form in forms if not form.relaxed], names, tops.max(axis=0))
-    bound = largest(relaxed, *tops)
+    bound = bracket_largest(relaxed, *tops)
 
     def most(x: Floats, which: Integers) -> Floats:
         """Largest y under the other rows."""
-        return Rows(*some(others, which)).at_x(x).end(tops[1][which])
+        return Rows(*take_entries(others, which)).at_x(x).end(tops[1][which])
 
     def along_most(x: Floats, which: Integers) -> Floats:
         return margin(x, most(x, which), which)
@@ -354,7 +358,7 @@ def _tapered(
     numbers = np.arange(len(bound.x))
     along, _ = bracket_root(along_most, 0.0 * bound.x, bound.x, WIDTH_S, numbers)
     x, y = np.full_like(along, np.nan), np.full_like(along, np.nan)
-    never_full = largest(rows_of(forms, names, tops.max(axis=0)), *tops)
+    never_full = bracket_largest(rows_of(forms, names, tops.max(axis=0)), *tops)
     for tried in ((bound.x, bound.y), (along, most(along, numbers)), (never_full.x, never_full.y)):
         better = (margin(*tried, numbers) >= 0.0) & ~(tried[0] <= x)
         x, y = np.where(better, tried, (x, y))
@@ -376,7 +380,7 @@ def some_point(
     names = [variable.name for variable in model.variables]
     forms = stated_forms(model, values or {})
     rows, tops, usable = rows_and_tops(forms, names, programmes)
-    interval = largest(rows, *tops, any_point=True)
+    interval = bracket_largest(rows, *tops, any_point=True)
     times = (np.where(usable, time_s, np.nan) for time_s in (interval.x, interval.y))
     return dict(zip(names, times, strict=False)), usable & np.isneginf(interval.beyond)
 

@@ -30,7 +30,14 @@ from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns, worth
+from optuav.modelling.traversal import (
+    KINKED,
+    PARTIALS,
+    change_by_step,
+    evaluate,
+    fold,
+    has_unknowns,
+)
 from optuav.status import Status
 
 NAME = "casadi"
@@ -294,7 +301,7 @@ class CasadiProgramme:
 
     def _equal(self, goal: Operand, value: float, at: Values) -> float:
         """Difference to a value of a goal that counts as none."""
-        return EQUAL * max(float(worth(goal, self.model.variables, at)), abs(value))
+        return EQUAL * max(float(change_by_step(goal, self.model.variables, at)), abs(value))
 
     def _reached(
         self, scaled: Scaled, start: Floats, floors: Sequence[float] = ()

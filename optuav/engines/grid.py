@@ -30,7 +30,7 @@ from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate, worth
+from optuav.modelling.traversal import change_by_step, evaluate
 from optuav.status import Status
 
 NAME = "grid"
@@ -168,7 +168,7 @@ def _best_cell(
             first = int(reached.argmax())
             here = {**parameters, **cell(tuple(index[first] for index in where))}
             scores.append(float(reached[first]))
-            second = float(worth(tree, model.variables, here))
+            second = float(change_by_step(tree, model.variables, here))
             ties.append(EQUAL * max(second, abs(scores[-1])))
             where = tuple(index[reached >= scores[-1] - ties[-1]] for index in where)
         if len(scores) < len(goals):

@@ -37,7 +37,7 @@ from optuav.presentation.presented import Presented
 MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row counts as met, in exact and in other answers."""
 NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
-SAME = 1e-9
+SAME_VALUE = 1e-9
 """Difference of equal values of the objective as a share of them, and of terms that cancel."""
 ROUNDED = 1e-14  # Share of a vertex's largest unknown below which another is 0, but for rounding
 MOST_ROWS = 14  # Rows that hold with equality, before their combinations are too many to enumerate
@@ -87,17 +87,17 @@ def local_multipliers(model: Model, values: Values) -> dict[str, float]:
     normals = np.array([*rows.values()]).reshape(-1, len(names))
     weights = next(basic_multipliers(normals, model.sign * goal), np.empty(0))
     constraints = list(relations(model))
-    found: dict[str, float] = {}
+    by_label: dict[str, float] = {}
     for (number, turn), weight in zip(rows, weights.tolist(), strict=False):
         label, sense = constraints[number].label, constraints[number].relation.sense
-        found[label] = found.get(label, 0.0) + weight * (turn if sense == "==" else 1.0)
-    return found
+        by_label[label] = by_label.get(label, 0.0) + weight * (turn if sense == "==" else 1.0)
+    return by_label
 
 
 def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
     """Basic solutions λ ≥ 0 of Σ λ a = c."""
     size = float(np.abs(goal).max(initial=0.0))
-    found: list[Floats] = []
+    multipliers: list[Floats] = []
     for rows, unit, lengths in _combinations(normals, range(len(goal) + 1)):
         if rows and np.linalg.matrix_rank(unit, tol=1e-9) < len(rows):
             continue
@@ -107,8 +107,8 @@ def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
             continue
         full = np.zeros(len(normals))
         full[rows] = np.maximum(weights, 0.0) / lengths
-        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12 * size) for other in found):
-            found.append(full)
+        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12 * size) for other in multipliers):
+            multipliers.append(full)
             yield full
 
 
@@ -153,9 +153,9 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
     a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[0, :, 0]
     a, b = a[np.isfinite(b)], b[np.isfinite(b)]
     x = np.array([point[name] for name in form.names])
-    best, size = float(c @ x), SAME * np.maximum(1.0, np.abs(b))
-    close = SAME * max(np.abs(c).max(initial=0.0), abs(best))
-    found: list[Floats] = []
+    best, size = float(c @ x), SAME_VALUE * np.maximum(1.0, np.abs(b))
+    close = SAME_VALUE * max(np.abs(c).max(initial=0.0), abs(best))
+    vertices: list[Floats] = []
     few = np.count_nonzero(a.any(axis=1)) <= MOST_ROWS
     for rows, unit, lengths in _combinations(a, [len(x)] if few else []):
         if np.linalg.matrix_rank(unit) < len(x):
@@ -164,11 +164,11 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
         vertex[np.abs(vertex) <= ROUNDED * np.abs(vertex).max(initial=0.0)] = 0.0
         if (a @ vertex - b > size).any() or abs(c @ vertex - best) > close:
             continue
-        if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
-            found.append(vertex)
-    if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
-        found.append(x)
-    return [[dict(zip(form.names, row.tolist(), strict=True)) for row in found]]
+        if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in vertices):
+            vertices.append(vertex)
+    if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in vertices):
+        vertices.append(x)
+    return [[dict(zip(form.names, row.tolist(), strict=True)) for row in vertices]]
 
 
 def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
@@ -308,7 +308,7 @@ def _prices_at(
         for goal, rows in zip(goals, slopes, strict=True):
             own, moving = goal[count:], rows[:, count:]
             rates = side * (own - weights @ moving)
-            rates[np.abs(rates) <= SAME * (np.abs(own) + weights @ np.abs(moving))] = 0.0
+            rates[np.abs(rates) <= SAME_VALUE * (np.abs(own) + weights @ np.abs(moving))] = 0.0
             blocked = (side * endless @ moving > size).any(axis=0)
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))

@@ -17,7 +17,7 @@ from optuav.errors import Fault, InputError, SolverError, refuse, shown
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import worth
+from optuav.modelling.traversal import change_by_step
 from optuav.silence import silent
 from optuav.status import Status
 
@@ -130,7 +130,7 @@ class Pyomo(OneByOne):
         made.kept = library().ConstraintList()
         for goal, tree in zip(goals, trees, strict=True):
             # Tolerances of solvers are absolute: a second is worth 1 to them.
-            size = float(worth(tree, model.variables, {**parameters, **start})) or 1.0
+            size = float(change_by_step(tree, model.variables, {**parameters, **start})) or 1.0
             made.del_component("sought")
             made.sought = library().Objective(expr=goal.expr / size, sense=goal.sense)
             with failures_named(self.solver):

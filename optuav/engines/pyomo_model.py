@@ -18,7 +18,7 @@ from optuav.modelling.traversal import evaluate, fold, has_unknowns
 from optuav.silence import silent
 
 NAME = "pyomo"
-SAME = 1e-9  # Relative difference allowed between Pyomo's value of a tree and optuav's
+SAME_VALUE = 1e-9  # Relative difference allowed between Pyomo's value of a tree and optuav's
 FORMULAS: Mapping[Any, Callable[..., Any]] = {
     **{ufunc: ufunc for ufunc in (np.add, np.subtract, np.multiply, np.divide, np.power)},
     **{ufunc: ufunc for ufunc in (np.negative, np.positive, np.square, np.reciprocal, np.absolute)},
@@ -90,7 +90,7 @@ def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
     def tree(label: str, expression: Operand) -> Any:
         known = fold(expression, leaf, applied, let, done)
         ours, theirs = evaluate(expression, {**values, **starts}), pyo.value(known, exception=False)
-        if theirs is not None and abs(ours - theirs) > SAME * max(1.0, abs(ours)):
+        if theirs is not None and abs(ours - theirs) > SAME_VALUE * max(1.0, abs(ours)):
             lost = f"{label!r} is {ours:.9g}, but {theirs:.9g} by the functions that Pyomo has"
             raise InputError(f"{lost}: its exp(x) − 1 leaves no digits of a tiny x")
         return known

@@ -65,13 +65,13 @@ def bracket_root(
     f1, f2 = known or (margin(start, *own), margin(goal, *own))
     held, failed = np.where(f2 >= 0.0, goal, np.where(f1 >= 0.0, start, np.nan)), goal.copy()
     which = np.flatnonzero((f1 >= 0.0) & (f2 < 0.0))
-    x1, x2, f1, f2, *left = some((start, goal, f1, f2, *own), which)
+    x1, x2, f1, f2, *left = take_entries((start, goal, f1, f2, *own), which)
     x3, f3 = x2, f2
     for step in range(MOST_STEPS):
         wide = np.abs(x2 - x1) > width + SPACING * np.abs(x1)
         if not wide.all():
             tables = which, x1, x2, x3, f1, f2, f3, *left
-            which, x1, x2, x3, f1, f2, f3, *left = some(tables, np.flatnonzero(wide))
+            which, x1, x2, x3, f1, f2, f3, *left = take_entries(tables, np.flatnonzero(wide))
         if not len(which):
             break
         x21, f21 = x2 - x1, f2 - f1
@@ -93,7 +93,7 @@ def bracket_root(
     return held, failed
 
 
-def some(tables: Iterable[Any], which: Integers) -> list[Any]:
+def take_entries(tables: Iterable[Any], which: Integers) -> list[Any]:
     """Select entries along the last axis of tables by ascending numbers."""
     return [t if len(which) == t.shape[-1] else t.take(which, axis=-1) for t in tables]
 

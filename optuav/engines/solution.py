@@ -18,7 +18,7 @@ from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate, has_unknowns, worth
+from optuav.modelling.traversal import change_by_step, evaluate, has_unknowns
 from optuav.presentation.blocks import Block, Fold, Heading, Table
 from optuav.presentation.numbers import figure
 from optuav.presentation.presented import Presented
@@ -146,15 +146,17 @@ class Solution(Presented):
             Columns ``programme`` (its number from 0), ``constraint``, ``slack`` in the constraint's
             unit, ``multiplier`` (None where the engine gives none) and ``binds``.
         """
-        answered = (k for k, each in enumerate(self.statuses) if each.has_answer)
+        answered = (k for k, status in enumerate(self.statuses) if status.has_answer)
         rows = [(k, *row, bool(b)) for k in answered for *row, b in self._constraints(k)]
         return frame(rows, ["programme", "constraint", "slack", "multiplier", "binds"])
 
     @cached_property
     def second(self) -> Floats:
-        """Worth of a second of a time in each programme, in the objective's unit; see `worth`."""
+        """`change_by_step` of the objective in each programme, in the objective's unit."""
         goal, unknowns = self.declared.objective, self.declared.variables
-        return np.full(self.objective.shape, worth(goal, unknowns, {**self.given, **self.values}))
+        return np.full(
+            self.objective.shape, change_by_step(goal, unknowns, {**self.given, **self.values})
+        )
 
     @property
     def ties(self) -> Floats:
@@ -231,13 +233,13 @@ class Solution(Presented):
         nearer one.
         """
         answered = np.array([status.has_answer for status in self.statuses])
-        found: dict[str, Floats] = {}
+        least_slacks: dict[str, Floats] = {}
         with np.errstate(invalid="ignore", over="ignore"):  # without an answer
             rows = evaluated(self.declared, {**self.given, **self.values})
         for row in rows:
-            least = np.minimum(row.slack, found.get(row.label, np.inf))
-            found[row.label] = np.where(answered, least, np.nan)
-        return found
+            least = np.minimum(row.slack, least_slacks.get(row.label, np.inf))
+            least_slacks[row.label] = np.where(answered, least, np.nan)
+        return least_slacks
 
     def residuals(self, index: int = 0) -> Residuals:
         """Measure how far an answer is from feasibility and optimality.
@@ -266,7 +268,7 @@ class Solution(Presented):
             self,
             statuses=[self.statuses[index]],
             objective=self.objective[one],
-            values={name: each[one] for name, each in self.values.items()},
+            values={name: value[one] for name, value in self.values.items()},
             tight=self.tight and self.tight[one],
             duals=self.duals and self.duals[one],
             beyond=None if self.beyond is None else self.beyond[one],
@@ -276,30 +278,30 @@ class Solution(Presented):
 
 
 def returned(
-    found: object, engine: str, model: Model, programmes: int, values: Values | None = None
+    answer: object, engine: str, model: Model, programmes: int, values: Values | None = None
 ) -> Solution:
     """Return the solution of an engine from outside, with the objective that its values have.
 
     `SolverError` if it is not a solution to that many programmes of the model.
     """
-    if not isinstance(found, Solution):
-        raise SolverError(f"engine {engine} returned {found!r:.60}, not a Solution")
-    statuses, points, wrong = list(found.statuses), dict[str, Floats](), list[str]()
+    if not isinstance(answer, Solution):
+        raise SolverError(f"engine {engine} returned {answer!r:.60}, not a Solution")
+    statuses, points, wrong = list(answer.statuses), dict[str, Floats](), list[str]()
     if len(statuses) != programmes or not all(isinstance(status, Status) for status in statuses):
         wrong.append(f"statuses must be {programmes} of optuav's Status")
     for name in (variable.name for variable in model.variables):
-        points[name] = np.asarray(found.values.get(name), dtype=object)
+        points[name] = np.asarray(answer.values.get(name), dtype=object)
         if points[name].shape != (programmes,):
             wrong.append(f"values[{name!r}] must be {programmes} numbers")
     if wrong:
         raise SolverError(f"engine {engine} returned no answers to the model: {', '.join(wrong)}")
-    points = {name: each.astype(float) for name, each in points.items()}
+    points = {name: point.astype(float) for name, point in points.items()}
     reached = evaluate(model.objective, {**(values or {}), **points})
     answered = np.array([status.has_answer for status in statuses])
     objective = np.where(answered, reached, np.nan)
     if not np.isfinite(objective[answered]).all():
         raise SolverError(f"engine {engine} returned values that are not numbers as an answer")
-    return replace(found, engine=engine, statuses=statuses, values=points, objective=objective)
+    return replace(answer, engine=engine, statuses=statuses, values=points, objective=objective)
 
 
 def single(

@@ -66,7 +66,7 @@ def figure(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
     return Form(f"{min(max(least, 10.0), most)}", read, f" in {unit}")
 
 
-def figures(least: float = 0.0, **most: float) -> Form:
+def numbers_by_name(least: float = 0.0, **most: float) -> Form:
     """Form of several numbers by name, from a least to a largest value of each."""
     allowed = {name: f"a number from {least:g} to {most[name]:g}" for name in most}
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 import optuav
-from optuav.exercises.answers import ITINERARY, figure, figures
+from optuav.exercises.answers import ITINERARY, figure, numbers_by_name
 from optuav.exercises.exercise import design, explain, predict
 from optuav.exercises.measure import equals, flown, longest, within
 from optuav.exercises.task import Condition, Conditions, Task
@@ -113,7 +113,7 @@ def _out(task: Task, current_A: float) -> Conditions:
     yield within("the share that comes out", percent, 100.0 * task["out"], 0.2, "%", hint)
 
 
-@design("03.2", figures(first_A=500.0, first_s=1500.0, then_A=500.0))
+@design("03.2", numbers_by_name(first_A=500.0, first_s=1500.0, then_A=500.0))
 def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     """A full battery of {capacity_As = 15000, 15250 .. 25000} A s has the available fraction
     {share = 0.4, 0.41 .. 0.6} and the flow rate 2e-4 per second. Draw as much charge as you can
@@ -188,7 +188,7 @@ def _one_rest(task: Task, plan: Itinerary) -> Conditions:
     yield from longest(plan, program.solve().hover_time_s, 0.995)
 
 
-@explain("15.1", figures(flies_s=2000.0, fails_s=2000.0), ISLAND)
+@explain("15.1", numbers_by_name(flies_s=2000.0, fails_s=2000.0), ISLAND)
 def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
     """The mission is the island of the lesson: a charging current of 90 A from a laser of 12 000 W,
     and 9 % of the charge in the available well. The flow rate is

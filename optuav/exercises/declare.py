@@ -23,7 +23,7 @@ SIDE = 13  # Values of each unknown on the grid of points, in equal steps
 BEYOND = 0.25  # Margin of the grid around the feasible sets, relative to their width
 HALVED = 12  # Halvings of a grid step that a limit crosses
 AMBIGUOUS = 1e-6  # Least slack of a point that is compared, relative to max(1, |right side|)
-SAME = 1e-5
+SAME_OPTIMUM_SHARE = 1e-5
 """Difference of two equal optima, as a share of the optimum, or of a second's worth."""
 
 
@@ -54,7 +54,7 @@ def same_problem(task: Task, answer: object, asked: Model | Program) -> Conditio
     words = f"the feasible set is right, but the optimum is wrong; yours is {at}"
     hint = "check the quantity that you maximise or minimise"
     size = max(best.second[0], abs(best.objective[0]))
-    yield Condition(bool(gap <= SAME * size), words, hint)
+    yield Condition(bool(gap <= SAME_OPTIMUM_SHARE * size), words, hint)
     words = "the feasible set and the best point are right, but the objective is wrong"
     hint = "compare each coefficient of the objective with the task"
     yield Condition(_orders_alike(wanted, model, points), words, hint)
@@ -187,7 +187,7 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
     )
     own = own[np.lexsort((-own, asked))]
     worst = (np.maximum.accumulate(own) - own).max(initial=0.0)
-    return bool(worst <= SAME * np.abs(own).max(initial=0.0))
+    return bool(worst <= SAME_OPTIMUM_SHARE * np.abs(own).max(initial=0.0))
 
 
 def _point_words(point: Mapping[str, float]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 import optuav
-from optuav.exercises.answers import ITINERARY, figure, figures
+from optuav.exercises.answers import ITINERARY, figure, numbers_by_name
 from optuav.exercises.exercise import design, explain
 from optuav.exercises.measure import equals, longest, titled, within
 from optuav.exercises.task import Condition, Conditions, Task
@@ -21,7 +21,7 @@ from optuav.physics.packs import lifetime
 from optuav.presentation.numbers import percent
 
 
-@explain("19.1", figures(0.001, capacity_As=1e5, available_fraction=0.999))
+@explain("19.1", numbers_by_name(0.001, capacity_As=1e5, available_fraction=0.999))
 def _alike(task: Task, cell: Mapping[str, float]) -> Conditions:
     """A cell of {capacity_As = 500, 510 .. 800} A s with ω = {share = 0.2, 0.21 .. 0.5} and k_F =
     2.8e-4 per second was discharged ten times, each time with {current_A = 0.6, 0.65 .. 1.5} A. A
@@ -138,7 +138,7 @@ def _paired(task: Task, half_s: float) -> Conditions:
     yield from equals(half_s, truth_s, 0.02, "s", hint)
 
 
-@explain("26.1", figures(greedy_s=2000.0, best_s=2000.0))
+@explain("26.1", numbers_by_name(greedy_s=2000.0, best_s=2000.0))
 def _greedy(task: Task, means: Mapping[str, float]) -> Conditions:
     """With a laser on roof 1, 2 or 3, device a hovers {a1 = 540, 541 .. 620},
     {a2 = 640, 641 .. 720} or {a3 = 300, 301 .. 400} s and device b {b1 = 540, 541 .. 620},
@@ -286,7 +286,7 @@ def _pads(task: Task, power_W: float) -> Conditions:
 CHARGE = {"total_As": lambda n: round(1.3 * n["flight_s"] * n["flight_A"]) + 5000}
 
 
-@explain("33.1", figures(home_As=72_000.0, dry_As=72_000.0), draws=CHARGE)
+@explain("33.1", numbers_by_name(home_As=72_000.0, dry_As=72_000.0), draws=CHARGE)
 def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
     """The way home takes {flight_s = 60, 65 .. 300} s with {flight_A = 60, 61 .. 120} A. The
     battery has 72 000 A s, the available fraction {available_fraction = 0.3, 0.35 .. 0.7} and the

@@ -7,7 +7,7 @@ import numpy as np
 
 import optuav
 from optuav.arrays import Booleans, Floats
-from optuav.exercises.answers import EXAMPLE, MULTIPLIERS, PROOFS, exact, figure, figures
+from optuav.exercises.answers import EXAMPLE, MULTIPLIERS, PROOFS, exact, figure, numbers_by_name
 from optuav.exercises.declare import same_problem
 from optuav.exercises.exercise import decimals, declare, explain, predict, prove
 from optuav.exercises.linear import linear
@@ -195,7 +195,7 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
     return np.asarray(np.all(satisfied, axis=0))
 
 
-@explain("10.1", figures(short_s=1200.0, long_s=1200.0), STRONG_LASER)
+@explain("10.1", numbers_by_name(short_s=1200.0, long_s=1200.0), STRONG_LASER)
 def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
     """With the strong laser of `task.mission`, the feasible set of P4 on b9, hover first, is not
     convex. Why? The witness is two hovers that can be flown before a rest of

@@ -254,7 +254,7 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
     """Limits that bind; and tables: why there is no plan and what would give one, limits, proof."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
     limits = sorted(sides, key=lambda side: not side.binds)
-    stated = [(e.words, e.label, e.statement, e.figures, e.spare) for e in limits]
+    stated = [(e.words, e.label, e.statement, e.both_sides, e.spare) for e in limits]
     prices = [price for price in explained.prices if price.matters]
     steps = [price_words(explained, price) for price in prices if price.solved_again]
     reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]

@@ -125,7 +125,7 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
     """Yield the broken limits of a perspective."""
     for event in found.violations:
         if event.kind not in IGNORED[perspective]:
-            yield f"at {event.time_s:.2f} s {event.words}{event.figures}"
+            yield f"at {event.time_s:.2f} s {event.words}{event.value_and_limit}"
     left, least = found.soc.get(perspective, 1.0), found.mission.limits.min_soc
     if "state of charge" in IGNORED[perspective] and left < least - TOLERANCE:
         yield f"the mission ends with {short_of(left, least)}"

@@ -85,7 +85,7 @@ class Judged(Presented):
     def event_blocks(self) -> Iterator[Block]:
         """Yield the events under their headings, violations first; HTML folds what is to know."""
         for heading, events in self.by_kind.items():
-            rows = [(f"{e.time_s:.2f} s", e.words + e.figures) for e in events[:MOST_SHOWN]]
+            rows = [(f"{e.time_s:.2f} s", e.words + e.value_and_limit) for e in events[:MOST_SHOWN]]
             more = len(events) - len(rows)
             below = [f"and {more} more"] if more else []
             table = Table((), rows, words=0, last=1, above=heading, below=below)

@@ -30,13 +30,13 @@ NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
 
-def blocks(found: HoverMap) -> Iterator[Block]:
+def blocks(hover_map: HoverMap) -> Iterator[Block]:
     """Describe a map: its subject, where the hover is longest, and why some points have no plan."""
-    facts, values = found.facts, found.solved.values["hover_time_s"]
+    facts, values = hover_map.facts, hover_map.solved.values["hover_time_s"]
     (height, width), places = values.shape, dict[str, str]()
     places["Map"] = f"{facts['mission']}, {facts['perspective']}: {facts['over']} on {width} × "
     places["Map"] += f"{height} points at z = {facts['height_m']:.10g} m"
-    for name, axis in ("x", found.x), ("y", found.y):
+    for name, axis in ("x", hover_map.x), ("y", hover_map.y):
         places[name] = f"{float(axis[0]):.10g} to {float(axis[-1]):.10g} m"
     if "best_m" in facts:
         x, y, _ = facts["best_m"]
@@ -47,21 +47,21 @@ def blocks(found: HoverMap) -> Iterator[Block]:
             places["Longest"] += f", and at {plural(others, 'other point')}{because}"
         places["Shortest"] = f"{np.nanmin(values):.2f} s"
         places |= dict(calm_facts(facts.get("in_calm_air")))
-    none = [("No plan", f"{plural(n, 'point')}: {why}") for n, why in _why(found)]
+    none = [("No plan", f"{plural(n, 'point')}: {why}") for n, why in _why(hover_map)]
     yield Facts([*places.items(), *none])
 
 
-def to_dict(found: HoverMap) -> dict[str, Any]:
+def to_dict(hover_map: HoverMap) -> dict[str, Any]:
     """A map as plain data for JSON, None without a plan."""
-    values = {name: found.solved.values[name].tolist() for name in ("hover_time_s", "reason")}
+    values = {name: hover_map.solved.values[name].tolist() for name in ("hover_time_s", "reason")}
     values["hover_time_s"] = [
         [None if isnan(at) else at for at in row] for row in values["hover_time_s"]
     ]
-    axes = {"x_m": found.x.tolist(), "y_m": found.y.tolist()}
+    axes = {"x_m": hover_map.x.tolist(), "y_m": hover_map.y.tolist()}
     words = {"reason_words": [*REASONS.values()]}
     long_name, unit = LABELS["hover_time_s"]
     head = {"kind": "optuav map", "long_name": long_name, "units": unit}
-    return {**head, **found.facts, **axes, **values, **words}
+    return {**head, **hover_map.facts, **axes, **values, **words}
 
 
 def save(found: xarray.DataArray, path: str | Path) -> Path:
@@ -107,18 +107,18 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
     return file
 
 
-def _geotiff(found: xarray.DataArray) -> bytes:
+def _geotiff(dataset: xarray.DataArray) -> bytes:
     """The values as a picture of one band, whose first row is the northernmost."""
     require("rasterio", "GeoTIFFs")
     from rasterio.io import MemoryFile
     from rasterio.transform import Affine
 
-    steps_m = [np.diff(found[axis]) for axis in ("x", "y")]
+    steps_m = [np.diff(dataset[axis]) for axis in ("x", "y")]
     if any(np.ptp(step_m) > UNEVEN for step_m in steps_m):
         words = "points at one distance each way, as a GeoTIFF needs them"
-        raise InputError([Fault("found", type(found).__name__, words)])
-    (across_m, up_m), (height, width) = (float(step_m.mean()) for step_m in steps_m), found.shape
-    left, top, system = float(found.x[0]), float(found.y[-1]), _system(found)
+        raise InputError([Fault("found", type(dataset).__name__, words)])
+    (across_m, up_m), (height, width) = (float(step_m.mean()) for step_m in steps_m), dataset.shape
+    left, top, system = float(dataset.x[0]), float(dataset.y[-1]), _system(dataset)
     # The corner of the cell around the first point.
     corner = Affine(across_m, 0.0, left - across_m / 2, 0.0, -up_m, top + up_m / 2)
     options: dict[str, Any] = {"crs": system and system.to_wkt(), "transform": corner}
@@ -126,15 +126,15 @@ def _geotiff(found: xarray.DataArray) -> bytes:
     with MemoryFile() as memory:
         with memory.open(driver="GTiff", height=height, width=width, **options) as file:
             # Before the values, to stand at the head of the file, which marks it as ours.
-            file.update_tags(TIFFTAG_SOFTWARE="optuav", **_facts(found))
-            file.set_band_description(1, f"{found.name}")
+            file.update_tags(TIFFTAG_SOFTWARE="optuav", **_facts(dataset))
+            file.set_band_description(1, f"{dataset.name}")
             file.set_band_unit(1, "s")
-            file.write(found.to_numpy()[::-1], 1)
+            file.write(dataset.to_numpy()[::-1], 1)
         content: bytes = memory.read()
     return content
 
 
-def _geojson(found: xarray.DataArray) -> bytes:
+def _geojson(dataset: xarray.DataArray) -> bytes:
     """Contours at round values, as lines of longitudes and latitudes."""
     require("geopandas", "contours")
     require("matplotlib", "contours")
@@ -144,36 +144,38 @@ def _geojson(found: xarray.DataArray) -> bytes:
 
     from optuav.plots.heat import contour_levels
 
-    if (system := _system(found)) is None:
+    if (system := _system(dataset)) is None:
         words = "is missing; GeoJSON holds longitudes and latitudes, so the mission needs a crs"
         raise InputError([Fault("crs", "", words)])
-    values = found.to_numpy()
-    lines: Any = contourpy.contour_generator(found.x.to_numpy(), found.y.to_numpy(), values)
+    values = dataset.to_numpy()
+    lines: Any = contourpy.contour_generator(dataset.x.to_numpy(), dataset.y.to_numpy(), values)
     # None where points without a plan lie between.
     parts = {level: shown for level in contour_levels(values) if (shown := lines.lines(level))}
     shapes = geopandas.GeoSeries(map(shapely.MultiLineString, parts.values()), crs=system)
     shapes = shapes.to_crs(DEGREES).set_precision(PRECISION_DEG, mode="pointwise")
     table = geopandas.GeoDataFrame({"hover_time_s": [*parts]}, geometry=shapes)
-    head = {"type": "FeatureCollection", "name": "optuav", **_facts(found)}
+    head = {"type": "FeatureCollection", "name": "optuav", **_facts(dataset)}
     return f"{json.dumps({**head, 'features': [*table.iterfeatures(drop_id=True)]})}\n".encode()
 
 
-def _facts(found: xarray.DataArray) -> dict[str, str]:
+def _facts(dataset: xarray.DataArray) -> dict[str, str]:
     """Subject of the map, in words."""
-    return {name: str(found.attrs[name]) for name in ("mission", "perspective", "over", "height_m")}
+    return {
+        name: str(dataset.attrs[name]) for name in ("mission", "perspective", "over", "height_m")
+    }
 
 
-def _system(found: xarray.DataArray) -> pyproj.CRS | None:
+def _system(dataset: xarray.DataArray) -> pyproj.CRS | None:
     """The reference system of a map; None if it has none."""
-    if (stated := found.attrs.get("crs")) is None:
+    if (stated := dataset.attrs.get("crs")) is None:
         return None
     return system_in_metres(stated)
 
 
-def _why(found: HoverMap) -> Iterator[tuple[int, str]]:
+def _why(hover_map: HoverMap) -> Iterator[tuple[int, str]]:
     """Numbers of points without a plan and the reasons, the most frequent first."""
     words = [*REASONS.values()]
-    codes, counts = np.unique(found.solved.values["reason"], return_counts=True)
+    codes, counts = np.unique(hover_map.solved.values["reason"], return_counts=True)
     for place in np.argsort(-counts, kind="stable"):
         if codes[place]:
             yield int(counts[place]), words[codes[place]]

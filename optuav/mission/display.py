@@ -27,11 +27,11 @@ def blocks(
 
 def _keys(section: MissionSection) -> Table:
     """The keys of a part of the mission, with their values and meanings."""
-    rows = [(key, _shown(value), words) for key, value, words in stated(section)]
+    rows = [(key, _shown(value), words) for key, value, words in keys_with_values(section)]
     return Table(("key", "value", "meaning"), rows)
 
 
-def stated(section: MissionSection) -> Iterator[tuple[str, object, str]]:
+def keys_with_values(section: MissionSection) -> Iterator[tuple[str, object, str]]:
     """The keys of a part of the mission that have a value, with it and its meaning."""
     words = type(section).descriptions()
     for key, value in section:

@@ -79,18 +79,20 @@ def table(name: str) -> str:
     return f"a table [[{name}]]{content}" if name == "buildings" else f"a table [{name}]{content}"
 
 
-def no_building(stated: str, names: Sequence[str]) -> str:
+def no_building(name: str, names: Sequence[str]) -> str:
     """Words for a building that the mission does not have, by its name or a key of the mission."""
     known = f"are: {first_ten(names) or 'none'}"
-    if names and stated.startswith("buildings["):
+    if names and name.startswith("buildings["):
         return f"the mission's buildings [0] to [{len(names) - 1}] {known}"
-    table = "buildings." if stated.startswith("buildings.") else ""
-    return f"the mission's buildings {known}{nearest(stated, [table + name for name in names])}"
+    table = "buildings." if name.startswith("buildings.") else ""
+    return (
+        f"the mission's buildings {known}{nearest(name, [table + building for building in names])}"
+    )
 
 
-def misfits(*stated: tuple[str, object, Range]) -> Iterator[Fault]:
+def misfits(*options: tuple[str, object, Range]) -> Iterator[Fault]:
     """Yield a fault for each option that is not such a number; a whole one must be integral."""
-    for option, value, number in stated:
+    for option, value, number in options:
         if not number.accepts(value) or (number.whole and not isinstance(value, Integral)):
             yield Fault(option, shown(value), number.words)
 
@@ -102,9 +104,9 @@ def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
     return Fault(option, shown(value), f"{words} {', '.join(allowed)}{hint}")
 
 
-def unlisted(*stated: tuple[str, object, Sequence[str]]) -> Iterator[Fault]:
+def unlisted(*options: tuple[str, object, Sequence[str]]) -> Iterator[Fault]:
     """Yield a fault for each option whose value, of whatever kind, is none of its choices."""
-    for option, value, choices in stated:
+    for option, value, choices in options:
         if not isinstance(value, str | None) or value not in choices:
             yield unknown(option, value, choices)
 
@@ -119,30 +121,32 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}{'s' * (count != 1)}"
 
 
-def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
+def path_of(path: Any, name: str = "path", words: str = "a path") -> Path:
     """A path, see `expand_home`; refused if it is not one, or empty."""
-    if not str(of_kind(name, stated, str | Path, words)):
-        raise InputError([Fault(name, shown(stated), words)])
-    return expand_home(stated, name)
+    if not str(of_kind(name, path, str | Path, words)):
+        raise InputError([Fault(name, shown(path), words)])
+    return expand_home(path, name)
 
 
-def paths_of(stated: Any, name: str) -> list[Path]:
+def paths_of(paths: Any, name: str) -> list[Path]:
     """One path or several as a list; refused if the list is empty."""
-    return [path_of(path) for path in several(name, stated, str | Path, "a path, or several")]
+    return [path_of(path) for path in several(name, paths, str | Path, "a path, or several")]
 
 
-def of_kind(name: str, stated: Any, kind: Any, words: str) -> Any:
+def of_kind(name: str, value: Any, kind: Any, words: str) -> Any:
     """A value, refused with these words if it is of another kind."""
-    if not isinstance(stated, kind):
-        raise InputError([Fault(name, shown(stated), words)])
-    return stated
+    if not isinstance(value, kind):
+        raise InputError([Fault(name, shown(value), words)])
+    return value
 
 
-def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> list[Any]:
+def several(name: str, one_or_more: Any, kind: Any, words: str, least: int = 1) -> list[Any]:
     """One value of a kind, or several, as a list; others and fewer are refused with these words."""
-    table = isinstance(stated, Mapping) or hasattr(stated, "columns")  # Would be its names
-    single = table or isinstance(stated, kind) or not isinstance(stated, Iterable)
-    values = [stated] if single else [*stated]
+    table = isinstance(one_or_more, Mapping) or hasattr(
+        one_or_more, "columns"
+    )  # Would be its names
+    single = table or isinstance(one_or_more, kind) or not isinstance(one_or_more, Iterable)
+    values = [one_or_more] if single else [*one_or_more]
     if len(values) < least or not all(isinstance(value, kind) for value in values):
-        raise InputError([Fault(name, shown(stated), words)])
+        raise InputError([Fault(name, shown(one_or_more), words)])
     return values

@@ -172,12 +172,12 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
         Columns are ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
         ``meaning``.
         """
-        from optuav.mission.display import stated
+        from optuav.mission.display import keys_with_values
 
         rows = [
             (f"{name}.{key}", *rest)
             for name, section in self._sections().items()
-            for key, *rest in stated(section)
+            for key, *rest in keys_with_values(section)
         ]
         return frame(rows, ["key", "value", "meaning"])
 

@@ -114,7 +114,7 @@ def keys_of(table: object) -> Document:
 
 def validate(
     model: type[AnyModel],
-    stated: StatedMission,
+    stated_mission: StatedMission,
     faults: Collection[Fault] = (),
     *,
     whole: bool = True,
@@ -125,13 +125,13 @@ def validate(
     """
     breaches: list[Breach] = []
     try:
-        mission = model.model_validate(stated.document)
+        mission = model.model_validate(stated_mission.document)
         if not faults:
             return mission
     except ValidationError as error:
-        breaches += breaches_of(model, error, stated)
+        breaches += breaches_of(model, error, stated_mission)
         if whole and SECTIONS.keys() <= model.model_fields.keys():
-            breaches += rules(mask_faulty(stated.document, {key for key, _ in breaches}))
+            breaches += rules(mask_faulty(stated_mission.document, {key for key, _ in breaches}))
             # Of a table that has no place in the mission, nothing is missing.
             refused = {key for key, _ in breaches if len(key) == 1}
             breaches = [
@@ -139,11 +139,13 @@ def validate(
                 for breach in breaches
                 if len(breach.key) == 1
                 or breach.key[:1] not in refused
-                or stated.value(breach.key) is not UNKNOWN
+                or stated_mission.value(breach.key) is not UNKNOWN
             ]
         elif not whole:
-            breaches = [breach for breach in breaches if stated.value(breach.key) is not UNKNOWN]
-    raise InputError([*faults, *stated.faults(breaches)])
+            breaches = [
+                breach for breach in breaches if stated_mission.value(breach.key) is not UNKNOWN
+            ]
+    raise InputError([*faults, *stated_mission.faults(breaches)])
 
 
 def format_breaches(document: Document) -> list[Breach]:
@@ -156,19 +158,19 @@ def format_breaches(document: Document) -> list[Breach]:
 
 
 def breaches_of(
-    model: type[BaseModel], error: ValidationError, stated: StatedMission
+    model: type[BaseModel], error: ValidationError, stated_mission: StatedMission
 ) -> Iterator[Breach]:
     """Pydantic's errors by key and in our words; the rules report their own."""
     suggestions = 0
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
         location = detail["loc"]  # Finer than a key, inside its value
         key = location[: 3 if location[:1] == ("buildings",) else 2]
-        if not key or (key == _RATE and stated.value(_RATE_PER_MINUTE) is not UNKNOWN):
+        if not key or (key == _RATE and stated_mission.value(_RATE_PER_MINUTE) is not UNKNOWN):
             continue
         if detail["type"] in ("extra_forbidden", "invalid_key"):
             suggestions += 1
             yield Breach(
-                key, _unknown(key, model, stated, suggests=suggestions <= MOST_SUGGESTIONS)
+                key, _unknown(key, model, stated_mission, suggests=suggestions <= MOST_SUGGESTIONS)
             )
             continue
         name, last = str(key[0]), str(key[-1])
@@ -177,20 +179,24 @@ def breaches_of(
         else:
             form = table_keys(name).get(last)
             words = range_in_words(form, last) if form else table(name)
-        if stated.value(key) is UNKNOWN:
-            if (choice := CHOICES.get(name)) and choice.is_misspelt(stated.document.get(name)):
+        if stated_mission.value(key) is UNKNOWN:
+            if (choice := CHOICES.get(name)) and choice.is_misspelt(
+                stated_mission.document.get(name)
+            ):
                 continue  # Nobody knows what the form that is meant lacks
-            by = stated.displaced.get(key)
+            by = stated_mission.displaced.get(key)
             why = f"; a new {by} displaces the old one, state both" if by else ""
             words = f"is missing; {words}{why}"
         yield Breach(key, words)
 
 
-def _unknown(key: Key, model: type[BaseModel], stated: StatedMission, *, suggests: bool) -> str:
+def _unknown(
+    key: Key, model: type[BaseModel], stated_mission: StatedMission, *, suggests: bool
+) -> str:
     """Return the words on a key that no table has, or that has no meaning here."""
     name = str(key[-1])
     if key == _RATE_PER_MINUTE:
-        both = stated.value(_RATE) is not UNKNOWN
+        both = stated_mission.value(_RATE) is not UNKNOWN
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
     if key in (("extends",), ("buildings_file",)):
         return "only in a mission file"

@@ -218,7 +218,7 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
     return result if isinstance(result, Slope) else Slope(result, {})
 
 
-def worth(goal: Operand, unknowns: Iterable[Variable], values: Values) -> Operand:
+def change_by_step(goal: Operand, unknowns: Iterable[Variable], values: Values) -> Operand:
     """Change of a goal by a second of a time, or by a thousandth of another unknown; the largest.
 
     Tolerances of a goal are shares of it, so that no answer depends on the goal's unit. 0 where no

@@ -31,7 +31,10 @@ NAMES: Mapping[np.ufunc, str] = {
 """Functions whose name in mathematics is not NumPy's."""
 
 DIGITS = 7
-LEAST, MOST = 1e-4, 10.0**DIGITS  # Numbers between these are written without a power of ten
+LEAST_WITHOUT_POWER, MOST_WITHOUT_POWER = (
+    1e-4,
+    10.0**DIGITS,
+)  # Numbers between these are written without a power of ten
 GUARD = 1e-100  # max(x, g) with a positive g below this is written as x
 SUPERSCRIPTS = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MARKED = "𝟎𝟏𝟐𝟑𝟒𝟓𝟔𝟕𝟖𝟗"  # Digits of the numbers of symbols while a page is put together
@@ -134,7 +137,7 @@ class Text:
             return self._negative(self.number(-number))
         if not np.isfinite(number):
             return Written(self.infinity if number > 0.0 else "NaN", ATOM)
-        if number == 0.0 or LEAST <= number < MOST:
+        if number == 0.0 or LEAST_WITHOUT_POWER <= number < MOST_WITHOUT_POWER:
             digits = np.format_float_positional(number, DIGITS, fractional=False, trim="-")
             return Written(digits, ATOM)
         mantissa, exponent = np.format_float_scientific(number, DIGITS - 1, trim="-").split("e")

@@ -48,11 +48,11 @@ class Legs:
     @property
     def arrays(self) -> dict[str, Any]:
         """Its arrays by name."""
-        return {k: each for k, each in vars(self).items() if isinstance(each, np.ndarray)}
+        return {k: value for k, value in vars(self).items() if isinstance(value, np.ndarray)}
 
     def take(self, numbers: Integers) -> "Legs":
         """Some of the legs, by number."""
-        return replace(self, **{k: each[..., numbers] for k, each in self.arrays.items()})
+        return replace(self, **{k: array[..., numbers] for k, array in self.arrays.items()})
 
     def put(self, which: Integers, others: "Legs") -> "Legs":
         """The table with others in place of some of its legs, by number."""
@@ -61,8 +61,8 @@ class Legs:
             pair = [array.copy(), others.arrays[name]]
             if array.ndim > 1:  # Legs of fewer segments
                 most, absent = max(map(len, pair)), np.nan if name == "waypoints_m" else 0.0
-                more = [np.full((most - len(each), *each.shape[1:]), absent) for each in pair]
-                pair = [np.concatenate(each) for each in zip(pair, more, strict=True)]
+                more = [np.full((most - len(table), *table.shape[1:]), absent) for table in pair]
+                pair = [np.concatenate(tables) for tables in zip(pair, more, strict=True)]
             joined[name], new = pair
             joined[name][..., which] = new
         return replace(self, stages=max(self.stages, others.stages, key=len), **joined)

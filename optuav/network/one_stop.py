@@ -23,7 +23,7 @@ from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
-UNITS = ("s", "A s", "J")
+FIGURE_UNITS = ("s", "A s", "J")
 TOLERANCE = 1e-9  # Relative; a way around that is shorter only by rounding does not count
 MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 
@@ -40,7 +40,7 @@ class Shortcut(NamedTuple):
 
     def __str__(self) -> str:
         first, _, last = self.places
-        way, unit = " → ".join(self.places), UNITS[FIGURES.index(self.figure)]
+        way, unit = " → ".join(self.places), FIGURE_UNITS[FIGURES.index(self.figure)]
         straight = f"{first} → {last}"
         if np.isinf(self.direct):
             return f"{way} can be flown, {straight} cannot"

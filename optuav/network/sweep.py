@@ -21,7 +21,7 @@ from optuav.physics.quantity import TINY
 
 FOOTPRINTS_AT_ONCE = 500  # Footprints that are taken up between two looks at the horizon
 BEARINGS = 8  # Bearings that the average footprint covers, about
-FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
+FEWEST_BEARINGS, MOST_BEARINGS = 1 << 10, 1 << 22  # Bearings
 MOST_CORNERS = 1 << 16  # Corners handled together: as many as fit the cache
 MOST_PAIRS = 1 << 18  # Pairs of footprints and bearings, or lines and footprints, likewise
 NONE = -1  # Number that stands for no footprint
@@ -67,7 +67,9 @@ def view(obstacles: Prisms, place_m: Floats) -> View:
     by_m = np.where(rise_m >= 0.0, near_m, far_m)
     slope = np.where(by_m > 0.0, rise_m / np.maximum(by_m, TINY), np.inf)
     width = float((right - left)[outside].sum())
-    bearings = int(np.clip(BEARINGS * count * 2.0 * math.pi / max(width, 1e-9), FEWEST, MOST))
+    bearings = int(
+        np.clip(BEARINGS * count * 2.0 * math.pi / max(width, 1e-9), FEWEST_BEARINGS, MOST_BEARINGS)
+    )
     per_radian = bearings / (2.0 * math.pi)
     # A millionth of a bearing more than it has, which is more than rounding takes from it.
     begin = np.floor(left * per_radian - 1e-6).astype(np.intp)

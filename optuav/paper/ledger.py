@@ -50,7 +50,7 @@ FIGURES: dict[str, Callable[[Plan], float]] = {
     "hover_time_s": lambda plan: plan.hover_time_s,
     "flight_energy_J": lambda plan: -sum(p.energy_J for p in plan.phases if p.kind == "flight"),
 }
-SAME: tuple[Perspective, ...] = ("battery", "adjusted")
+SAME_ANSWERS: tuple[Perspective, ...] = ("battery", "adjusted")
 """Perspectives that the paper finds the same."""
 
 
@@ -419,7 +419,7 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
 def energy_is_shorter(mission: Mission) -> Value:
     """Return whether the energy perspective hovers less than the others at 800 s on every path."""
     changed = with_deadline(mission, 800.0)
-    energy, *others = (curves.by_trajectory(changed, name) for name in ("energy", *SAME))
+    energy, *others = (curves.by_trajectory(changed, name) for name in ("energy", *SAME_ANSWERS))
     pairs = [(energy[name], plans[name]) for plans in others for name in energy]
     return yes_or_no(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
 
@@ -480,7 +480,7 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "mission_time_s": lambda m, *row: curves.table2_row(m, *row).mission_time_s,
     "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
     "same_in_slots": lambda m: yes_or_no(
-        len({solve(m, perspective=p, slot_s=1).hover_time_s for p in SAME}) == 1
+        len({solve(m, perspective=p, slot_s=1).hover_time_s for p in SAME_ANSWERS}) == 1
     ),
     "crossing_As": _crossing_As,
     "saving_As": lambda m, *at: _crossing_As(m, *at) - m.battery.capacity_As,

@@ -39,7 +39,7 @@ from optuav.arrays import Booleans
 from optuav.physics.quantity import TINY, Quantity
 
 MOST_STEPS = 100  # Largest number of Newton's steps towards a moment; a dozen are the rule
-CLOSE = 1e-9  # Relative step after which the next, its square, is below rounding
+SETTLED_STEP = 1e-9  # Relative step after which the next, its square, is below rounding
 
 
 @dataclass(frozen=True)
@@ -250,7 +250,7 @@ def _crossing(
         # A settled moment stays, so that no result depends on the other elements of the array.
         moves, before_s = ~settled & np.isfinite(nearer_s), moment_s
         moment_s = np.where(moves, np.minimum(np.maximum(nearer_s, 0.0), latest_s), before_s)[()]
-        settled = (np.abs(moment_s - before_s) <= CLOSE * moment_s) | ~np.isfinite(moment_s)
+        settled = (np.abs(moment_s - before_s) <= SETTLED_STEP * moment_s) | ~np.isfinite(moment_s)
         if settled.all():
             break
     # A current of TINY takes longer than the range of floats.

@@ -9,7 +9,7 @@ from optuav.physics.quantity import Quantity
 DOUBLINGS = 200
 """Doublings after which a function that is still above 0 is taken to stay there."""
 HALVINGS = 60
-MOST = 100  # Halvings after which neighbouring floats are reached
+MOST_HALVINGS = 100  # Halvings after which neighbouring floats are reached
 
 
 def last_nonnegative(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
@@ -42,7 +42,7 @@ def bisect_largest(holds: Callable[[float], bool], high: float) -> tuple[float, 
         return high, high
     if not holds(low := 0.0):
         return None
-    for _ in range(MOST):
+    for _ in range(MOST_HALVINGS):
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break

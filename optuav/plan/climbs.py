@@ -56,7 +56,7 @@ def with_climbs(
     for rests, group in groupby(phases, key=lambda phase: phase.kind == "rest"):
         flown = [*group]
         if rests or not spent_s:
-            yield from (_shorter(each, spent_s * on_time) if rests else each for each in flown)
+            yield from (_shorter(phase, spent_s * on_time) if rests else phase for phase in flown)
             continue
         last = len(flown) - 1
         for number, phase in enumerate(flown):
@@ -103,10 +103,10 @@ def flight_charges(
         dry[-1] = course.ended_s is not None
     else:
         for number, pieces in groupby(steps(mission, climbed), key=lambda piece: piece[0]):
-            each = [*pieces]
-            before[number] = _share(each[0][3].total_As, size_As)
-            after[number] = _share(each[-1][4].total_As, size_As)
-            least_As = min(float(wells.available_As) for *_, wells in each)
+            pieces_of_phase = [*pieces]
+            before[number] = _share(pieces_of_phase[0][3].total_As, size_As)
+            after[number] = _share(pieces_of_phase[-1][4].total_As, size_As)
+            least_As = min(float(wells.available_As) for *_, wells in pieces_of_phase)
             dry[number] = least_As < -JUDGES_TOLERANCE * size_As
     found = list[FlightCharge]()
     kinds = enumerate(phase.kind == "rest" for phase in climbed)
@@ -145,9 +145,9 @@ def short(mission: Mission, charges: Sequence[FlightCharge], name: str) -> Itera
     """Yield why flights cannot be flown as exported: an empty battery, or too little left."""
     least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
     landings = charges if always else charges[-1:]
-    left = min((each.at_landing for each in landings), default=1.0)
+    left = min((charge.at_landing for charge in landings), default=1.0)
     begin = f"WARNING: with its climbs, {name}"
-    if any(each.dry for each in charges):
+    if any(charge.dry for charge in charges):
         yield f"{begin} cannot be flown: the battery is empty on the way."
     elif left < least - JUDGES_TOLERANCE:
         here, reserve = percent_apart(left, least)

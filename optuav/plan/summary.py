@@ -34,7 +34,7 @@ def blocks(plan: PlanData) -> Iterator[Block]:
     if plan:
         yield Facts([*times(plan), *outcome(plan)])
         yield Picture(partial(_wells, plan))
-        rows = figures(plan)
+        rows = phase_rows(plan)
         below = [LEGEND, EDITED] if any(phase.edited for phase in plan.phases) else [LEGEND]
         table = Table(HEADINGS, rows, words=2, longest=None, below=below)
         yield Fold(f"Phases ({len(rows)})", [table], is_open=True)
@@ -156,7 +156,7 @@ def outcome(plan: PlanData) -> list[Line]:
     return lines
 
 
-def figures(plan: PlanData) -> list[tuple[Cell, ...]]:
+def phase_rows(plan: PlanData) -> list[tuple[Cell, ...]]:
     """Rows of the phases, as the `HEADINGS` name their cells; a flight has both places or one."""
     full = plan.mission.pool.full
     rows = list[tuple[Cell, ...]]()

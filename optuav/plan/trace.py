@@ -58,10 +58,10 @@ class FlightEvent:
 
     @for_console
     def __str__(self) -> str:
-        return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
+        return f"{self.time_s:10.2f} s  {self.words}{self.value_and_limit}"
 
     @property
-    def figures(self) -> str:
+    def value_and_limit(self) -> str:
         """Value and limit as text; empty without a value, and where the words state them."""
         if self.value is None or self.kind in STATED:
             return ""

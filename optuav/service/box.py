@@ -34,7 +34,7 @@ FORMS = "must be { percent = p }, 0 < p < 100, or { low = a, high = b }, 0 < a <
 LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
 """Number of values of keys in which the wells are not monotone; of all others, both ends."""
 WIND = "wind.velocity_m_s"  # A helicopter draws most in the least wind or in the strongest
-MOST = 128  # Corners of the box of keys
+MOST_CORNERS = 128  # Corners of the box of keys
 
 
 class Box(NamedTuple):
@@ -83,7 +83,7 @@ class Box(NamedTuple):
         )
         return Box(keys, {k: _shrunk(*ends, 1.0, share) for k, ends in self.factors.items()})
 
-    def without(self, name: str) -> Box:
+    def with_nominal(self, name: str) -> Box:
         """The box with one number at its nominal value."""
         kept = tuple(spread for spread in self.spreads if spread.key.name != name)
         return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
@@ -175,8 +175,8 @@ def corners_of(mission: Mission, box: Box) -> Points:
     """The corners of a box, or a refusal if there are too many."""
     keys = sorted(box.spreads, key=lambda spread: spread.key.name in LEVELS)
     values = [_values(key) for key in keys]
-    if (count := math.prod(map(len, values))) > MOST:
-        words = f"must be at most {MOST} corners: 7 keys, or fewer with ω, k_F or wind"
+    if (count := math.prod(map(len, values))) > MOST_CORNERS:
+        words = f"must be at most {MOST_CORNERS} corners: 7 keys, or fewer with ω, k_F or wind"
         raise InputError([Fault("uncertainty", f"{count} corners", words)])
     points = np.array([*itertools.product(*values)])
     levels = math.prod(LEVELS.get(key.key.name, 1) for key in keys)

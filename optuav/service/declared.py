@@ -16,7 +16,14 @@ from optuav.solving import formulate, solve
 from optuav.solving.program import Program
 from optuav.studies.results import Pictures, Result
 
-UNITS = {"method": "", "hover_s": "s", "rest_s": "s", "share": "-", "gap_s": "s", "status": ""}
+CYCLE_ANSWER_UNITS = {
+    "method": "",
+    "hover_s": "s",
+    "rest_s": "s",
+    "share": "-",
+    "gap_s": "s",
+    "status": "",
+}
 METHODS = {"available": "bisection", "battery": "closed form"}
 
 
@@ -42,7 +49,7 @@ class CycleComparison(Result):
     """
 
     kind = "optuav comparison of cycles"
-    units = UNITS
+    units = CYCLE_ANSWER_UNITS
     rows: tuple[CycleAnswer, ...]
     building: str
     perspective: Perspective

@@ -31,8 +31,8 @@ from optuav.solving.assemble import quantities
 from optuav.status import Status
 from optuav.studies.results import Pictures, Result
 
-UNITS = {"kind": "", "duration_s": "s", "available_As": "A s", "bound_As": "A s"}
-CLOSE = 1e-9  # Distance of share and bound below which the cycle is proved best
+CYCLE_PHASE_UNITS = {"kind": "", "duration_s": "s", "available_As": "A s", "bound_As": "A s"}
+PROVED_GAP = 1e-9  # Distance of share and bound below which the cycle is proved best
 PROOFS = {
     "battery": "closed form: no cycle of any hovers, rests and buildings covers more",
     "available": "bisection; no cycle on one building covers more than a hover from full wells",
@@ -62,7 +62,7 @@ class EndlessCycle(Result):
     """The best endless cycle of one drone, with one row per phase; see `optuav.Coverage`."""
 
     kind = "optuav coverage"
-    units = UNITS
+    units = CYCLE_PHASE_UNITS
     rows: tuple[CyclePhase, ...]
     share: float
     bound: float
@@ -204,7 +204,7 @@ def cycle_figures(visit: Visit, hover_s: float, bound: float) -> dict[str, Any]:
         "period_s": visit.period_s(hover_s),
         "soc_at_departure": float(departing.total_As) / size_As,
         "soc_at_landing": float(landing.total_As) / size_As,
-        "status": (Status.OPTIMAL if bound - share <= CLOSE else Status.FEASIBLE).value,
+        "status": (Status.OPTIMAL if bound - share <= PROVED_GAP else Status.FEASIBLE).value,
         "proof": PROOFS[visit.perspective] if visit.swap_s is None else SWAPPED,
         "rows": tuple(_phases(visit, hover_s)),
         "visit": visit,

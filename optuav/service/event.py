@@ -25,8 +25,8 @@ from optuav.service.visit import Visit
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 HOURS = Range("h", gt=0.0, le=240.0)
-MOST = 100
-DRONES = Range("-", ge=1, le=MOST, whole=True)
+MOST_EVENT_DRONES = 100
+DRONES = Range("-", ge=1, le=MOST_EVENT_DRONES, whole=True)
 BUILDINGS = 20  # Buildings that are tried although others beat them
 
 
@@ -159,7 +159,7 @@ def event_of(
     spots = [{each.building: each for each in (c.finite_cycle(), *c.visits)} for c in apart]
     until_s, least, able = 3600.0 * hours, 0, list[DroneRing]()
     tried, tell = itertools.count(), progress or (lambda *_: None)
-    for count in range(1, MOST + 1):
+    for count in range(1, MOST_EVENT_DRONES + 1):
         number = plural(count, "drone")
         tell(next(tried), None, number)
         before, able = {ring.building for ring in able}, []
@@ -189,9 +189,11 @@ def event_of(
             words += "empties an available well: allow more drones, or leave their number open"
             raise NoPlanError(words)
     if not least:
-        raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
+        raise NoPlanError(f"even {MOST_EVENT_DRONES} drones cannot cover {hours:g} h by charge")
     words = f"charge allows {plural(least, 'drone')} for {hours:g} h, but every roster that optuav"
-    raise NoPlanError(f"{words} tried, of up to {MOST} drones, empties an available well")
+    raise NoPlanError(
+        f"{words} tried, of up to {MOST_EVENT_DRONES} drones, empties an available well"
+    )
 
 
 def spots_of(drones: int, spots: int) -> list[int]:

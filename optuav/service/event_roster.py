@@ -22,7 +22,8 @@ from optuav.service.roster import DroneRing
 from optuav.studies.results import Pictures, Result
 
 Some = TypeVar("Some", bound="EventRoster")
-UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
+AT_ONE_POINT = "at some handovers both drones are at one hover point: keep them apart by hand"
+EVENT_HOVER_UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
 AT_LEAST = "in turns from one roof, charge requires at least"
 
 
@@ -48,7 +49,7 @@ class EventRoster(Result):
     """A roster of drones in ring order, one row per hover; `Event` explains its figures."""
 
     kind = "optuav event"
-    units = UNITS
+    units = EVENT_HOVER_UNITS
     rows: tuple[EventHover, ...]
     hours: float
     drones: int

@@ -17,7 +17,14 @@ from optuav.mission.messages import misfits, plural
 from optuav.physics.kibam import Stage, Tilted, Wells, tapered
 from optuav.physics.roots import bisect_largest
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.service.event_roster import EventHover, EventRoster, courses_of, judged, visits_of
+from optuav.service.event_roster import (
+    AT_ONE_POINT,
+    EventHover,
+    EventRoster,
+    courses_of,
+    judged,
+    visits_of,
+)
 from optuav.service.fleet import turns_table
 from optuav.service.roster import EXTRA_HOVERS, SHARES_OF_LONGEST, Constraints, solved
 from optuav.service.visit import Visit
@@ -28,8 +35,7 @@ ROUNDING_S = 1e-6
 MOST_ORDERS = 720  # Orders of drones that are looked at
 ORDERS = 24  # Orders of drones that are tried to keep them apart, where some roster was found
 NONE_FOUND = "none was found: the drones that are left cannot cover the rest"
-CLOSE = "at some handovers both drones hover at one point: keep them apart by hand"
-UNITS = {"drone": "-", "state": "", "ready_s": "s", "hover_s": "s"}
+COVER_UNITS = {"drone": "-", "state": "", "ready_s": "s", "hover_s": "s"}
 State = Literal["rests", "flies out", "hovers", "flies back"]
 
 
@@ -74,7 +80,7 @@ class Failure(Result):
     """
 
     kind = "optuav event failure"
-    units = UNITS
+    units = COVER_UNITS
     rows: tuple[Cover, ...]
     drone: int
     at_s: float
@@ -267,7 +273,7 @@ def _new_roster(
             if roster is not None and roster.replay().flyable:
                 begin_s, end_s = roster.excused or (at_s, at_s)
                 close = bool(event.separation_m) and not roster.separation_m
-                found = judged(roster), CLOSE if close else None, end_s - begin_s
+                found = judged(roster), AT_ONE_POINT if close else None, end_s - begin_s
                 if not close:
                     return found
                 break

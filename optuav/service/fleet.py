@@ -26,11 +26,11 @@ from optuav.studies.results import Pictures, Result
 SHARE = Range("-", gt=0, le=1000, note=", where 1 is all of the time")
 OVERLAP = Range("s", ge=0, le=1e7)
 COUNT = Range("-", ge=1, le=10_000, whole=True)
-UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
-UNITS |= {"wait_s": "s"}
+FLEET_DRONE_UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
+FLEET_DRONE_UNITS |= {"wait_s": "s"}
 DAY_S = 86_400.0
 ROUNDED_COUNT = 1e-9  # Relative, by which a count may be above a whole number
-MOST = 100_000  # Drones of a fleet
+MOST_FLEET_DRONES = 100_000  # Drones of a fleet
 MOST_A = 1e9  # Current of a pad beyond which none is strong enough [A]
 
 
@@ -75,7 +75,7 @@ class Fleet(Result):
     """
 
     kind = "optuav fleet"
-    units = UNITS
+    units = FLEET_DRONE_UNITS
     rows: tuple[FleetDrone, ...]
     drones: int
     places: int
@@ -135,7 +135,7 @@ class Fleet(Result):
                 *calm_facts(self.in_calm_air),
             ]
         )
-        yield turns_table([name.replace("_s", " [s]") for name in UNITS], self.rows)
+        yield turns_table([name.replace("_s", " [s]") for name in FLEET_DRONE_UNITS], self.rows)
 
     def pictures(self) -> Pictures:
         """Yield a bar per drone."""
@@ -191,8 +191,10 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     need_handover(overlap_s, hover_s)
     every_s = (hover_s - overlap_s) / share
     drones = upwards(cycle.period_s / every_s)
-    if drones > MOST:
-        raise NoPlanError(f"a ring needs {drones} drones, more than {MOST}: state a smaller share")
+    if drones > MOST_FLEET_DRONES:
+        raise NoPlanError(
+            f"a ring needs {drones} drones, more than {MOST_FLEET_DRONES}: state a smaller share"
+        )
     wait_s = max(drones * every_s - cycle.period_s, 0.0)
     places = upwards((rest_s if visit.swap_s is not None else rest_s + wait_s) / every_s)
     # One for each place and each drone that hovers at once, but each lights one drone

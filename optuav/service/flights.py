@@ -34,7 +34,7 @@ from optuav.plan.export import (
     with_heights_told,
 )
 from optuav.presentation.numbers import percent
-from optuav.service.event_roster import EventRoster, later, visits_of
+from optuav.service.event_roster import AT_ONE_POINT, EventRoster, later, visits_of
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
@@ -44,7 +44,6 @@ AUDITS = (
     "For an event, limits.deadline_s does not count, and the light goes off where a battery is "
     'full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper".'
 )
-CLOSE = "WARNING: at some handovers both drones are at one hover point: keep them apart by hand."
 ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
@@ -57,7 +56,7 @@ class Clock(NamedTuple):
     leave: datetime
     landing: datetime
 
-    def stated(self) -> dict[str, str]:
+    def as_iso(self) -> dict[str, str]:
         """Each moment by its name, with its offset from UTC."""
         return {name: at.isoformat(timespec="seconds") for name, at in self._asdict().items()}
 
@@ -152,7 +151,7 @@ def _told(event: EventRoster) -> Iterator[str]:
         and np.allclose(points[one["drone"] - 1], points[later["drone"] - 1])
         for one, later in pairwise(hovers)
     ):
-        yield CLOSE
+        yield f"WARNING: {AT_ONE_POINT}."
 
 
 def _moment(start: object) -> datetime | None:
@@ -211,7 +210,7 @@ def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
     return {
         "drone": flight.drone,
         "visit": flight.visit,
-        **flight.clock.stated(),
+        **flight.clock.as_iso(),
         "roof": event.building,
         "place": _place(event, flight),
         "battery_at_take_off_percent": round(100.0 * flight.charge.at_take_off, 1),
@@ -222,7 +221,7 @@ def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
 
 def _in_words(flight: PilotFlight) -> str:
     """The moments of a flight, and the charge at its landing."""
-    stated = (f"{name.replace('_', ' ')} {at}" for name, at in flight.clock.stated().items())
+    stated = (f"{name.replace('_', ' ')} {at}" for name, at in flight.clock.as_iso().items())
     return f"{', '.join(stated)}; {percent(flight.charge.at_landing)} of the battery left."
 
 

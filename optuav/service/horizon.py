@@ -26,7 +26,7 @@ from optuav.solving.several_stops import terrain
 from optuav.studies.results import Pictures, Result
 
 HOURS = Range("h", gt=0.0, le=2000.0)
-UNITS = {"place": "", "kind": "", "duration_s": "s"}
+HORIZON_STOP_UNITS = {"place": "", "kind": "", "duration_s": "s"}
 
 
 class HorizonStop(TypedDict):
@@ -62,7 +62,7 @@ class Horizon(Result):
     """
 
     kind = "optuav horizon"
-    units = UNITS
+    units = HORIZON_STOP_UNITS
     rows: tuple[HorizonStop, ...]
     hours: float
     building: str

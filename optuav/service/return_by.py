@@ -24,7 +24,7 @@ from optuav.service.calm_air import calm_facts, in_calm_air, with_words
 from optuav.service.flyable import flyable_network, schedule_faults
 from optuav.studies.results import Pictures, Result
 
-UNITS = {
+RETURN_TIME_UNITS = {
     **{"place": "", "flight_s": "s", "dry_s": "s", "soc_s": "s", "earliest_s": "s"},
     **{"latest_s": "s", "binds": "", "a": "-", "b": "-", "g_As": "A s"},
 }
@@ -32,7 +32,7 @@ SHOWN = 10  # Places that are printed
 POINTS = 100  # Moments of a picture
 TOO_LATE = "too late to leave"
 LEVEL = 700.0  # Time constants after which wells are level
-MOST = 1e-9  # Share of the capacity by which rounding may empty a well
+ROUNDED_SHARE = 1e-9  # Share of the capacity by which rounding may empty a well
 
 
 class Rule(NamedTuple):
@@ -89,7 +89,7 @@ class ReturnTimes(Result):
     """
 
     kind = "optuav return"
-    units = UNITS
+    units = RETURN_TIME_UNITS
     rows: tuple[ReturnTime, ...]
     latest_s: float | None
     place: str
@@ -267,7 +267,7 @@ def _arrived(mission: Mission, way: Sequence[Stage]) -> Tilted:
     battery, charge = mission.pool, vehicle.start(mission)
     for stage in way:
         charge = tilted_after(battery, charge, stage)
-        if float(charge.wells(battery).available_As) < -MOST * float(battery.capacity_As):
+        if float(charge.wells(battery).available_As) < -ROUNDED_SHARE * float(battery.capacity_As):
             raise NoPlanError(
                 "the available well runs dry before the drone reaches the hover point"
             )
@@ -295,7 +295,9 @@ def _time_for(
     earliest_s = max(rule.earliest_s for rule in rules)
     if math.isfinite(latest_s):  # Up to when all rules hold, or one holds but later
         wells = tilted_after(battery, charge, Stage(-hover_A, latest_s)).wells(battery)
-        in_time = min(rule.spare_As(wells) for rule in by_well) >= -MOST * battery.capacity_As
+        in_time = (
+            min(rule.spare_As(wells) for rule in by_well) >= -ROUNDED_SHARE * battery.capacity_As
+        )
         earliest_s = min(earliest_s, latest_s) if in_time else math.inf
     if earliest_s == math.inf and soc_s >= 0.0:
         first = first._replace(latest_s=-math.inf)

@@ -40,7 +40,7 @@ SAMPLES = Range("-", ge=1, le=MOST_SAMPLES, whole=True)
 CHANCE = Range("-", gt=0.0, lt=1.0)
 PERSPECTIVES_TAKEN = (AVAILABLE, "battery")
 PROBLEMS_TAKEN = ("P1", "P3", "P4")
-UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}
+UNCERTAIN_NUMBER_UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}
 
 
 class UncertainNumber(TypedDict):
@@ -88,7 +88,7 @@ class RobustPlan(Result):
     """
 
     kind = "optuav robust"
-    units = UNITS
+    units = UNCERTAIN_NUMBER_UNITS
     rows: tuple[UncertainNumber, ...]
     hover_s: float
     rest_s: float
@@ -255,7 +255,7 @@ def robust(
         raise _no_plan(network, box, chance)
     about = "" if chance is None else "; its range shrinks about its middle"
     outside = tuple(f"{words}{about}" for words in box.outside)
-    kept = search.kept(times, samples_of(loaded, box, 0, count, int(seed)))
+    kept = search.holds_at(times, samples_of(loaded, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
     calm_hover_s, in_words = None, None
     if not any(spread.key.name.startswith("wind.") for spread in box.spreads):
@@ -352,7 +352,7 @@ def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
 def _gains(search: Search, times: RobustTimes, box: Box) -> Iterator[UncertainNumber]:
     """Yield every uncertain number with the hover gained on the route if it were certain."""
     for name, (low, high) in box.numbers.items():
-        certain, _ = search.holding(np.array([times.route]), box.without(name))
+        certain, _ = search.holding(np.array([times.route]), box.with_nominal(name))
         gain_s = 0.0 if certain is None else certain.hover_s - times.hover_s
         yield UncertainNumber(number=name, low=low, high=high, gain_s=gain_s)
 

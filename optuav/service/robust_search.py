@@ -106,7 +106,7 @@ class Search:
         low, high, share, bounds_s = 0.0, 1.0, 1.0, dict.fromkeys(routes.tolist(), np.inf)
         for _ in range(HALVINGS + 1):
             plan, found_s = self.holding(np.array([*bounds_s]), box.shrunk(share))
-            if plan is None or np.count_nonzero(~self.kept(plan, trials)) <= most_failures:
+            if plan is None or np.count_nonzero(~self.holds_at(plan, trials)) <= most_failures:
                 high, chosen = share, chosen if plan is None else (share, plan)
             else:
                 low, bounds_s = share, found_s
@@ -118,7 +118,7 @@ class Search:
             share = 0.5 * (low + high)
         return chosen
 
-    def kept(self, plan: RobustTimes, points: Points) -> Booleans:
+    def holds_at(self, plan: RobustTimes, points: Points) -> Booleans:
         """Return at which points the plan keeps every limit."""
         return np.asarray((self._margins(plan, points) >= -KEPT).all(axis=0))
 
@@ -175,7 +175,7 @@ class Search:
         for bound_s, candidate in sorted(relaxed, key=lambda pair: -pair[0]):
             if bound_s < longest_s - SAME_S:
                 break
-            robust = self.kept(candidate, points).all()
+            robust = self.holds_at(candidate, points).all()
             plan = candidate if robust else self._at_all_levels(candidate.route, points)
             if plan is not None:
                 plans.append(plan)
@@ -226,7 +226,7 @@ class Search:
         A programme per route, for as many levels as there are programmes; the other points are
         constraints.
         """
-        tables, able = figures(variants, routes, points)
+        tables, able = quantities_at(variants, routes, points)
         emptiest, perspective = tables[0], self.question.perspective
         for landing in (each for each in emptiest.landings if not each.stays):
             left = soc_on_landing(emptiest, perspective, landing, 0.0, 0.0)
@@ -247,10 +247,10 @@ class Search:
 @lru_cache(maxsize=4)
 def _along(network: Network, route: int, points: Points) -> tuple[tuple[Quantities, ...], Booleans]:
     """Figures of a route alone, kept for the next times that are tried on it."""
-    return figures(Variants(network.only([route]), points.columns), np.array([0]), points)
+    return quantities_at(Variants(network.only([route]), points.columns), np.array([0]), points)
 
 
-def figures(
+def quantities_at(
     variants: Variants, routes: Integers, points: Points
 ) -> tuple[tuple[Quantities, ...], Booleans]:
     """Figures for each pair of factors, all routes at a point after each other.

@@ -29,7 +29,7 @@ PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
 a drone, the packs of one drone, and a tethered drone in place of all of them."""
 PRICE = Range("-", ge=0.0, le=1e12)
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
-UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
+TECHNOLOGY_UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
 SHARES = 100  # Shares in a picture
 
 
@@ -93,7 +93,7 @@ class FleetSizes(Result):
     """
 
     kind = "optuav fleet sizes"
-    units = UNITS
+    units = TECHNOLOGY_UNITS
     rows: tuple[TechnologySize, ...]
     share: float
     overlap_s: float

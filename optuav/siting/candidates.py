@@ -21,7 +21,7 @@ GRID = "grid"
 STEPS = 10.0  # Of a grid along its longer side, where no step is stated
 STEP = Range("m", gt=0.0, le=1e6)
 HEIGHT = Range("m", ge=-1e6, le=1e6)
-MOST = 10_000  # Candidates of a grid
+MOST_CANDIDATES = 10_000  # Candidates of a grid
 LARGEST = 32_000_000  # Bytes of a file
 ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
 POINTS = "a Point: longitude and latitude [deg] in WGS 84"
@@ -56,8 +56,8 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     low_m, high_m = corners_m[:, 0].min(axis=0), corners_m[:, 1].max(axis=0)
     step = float((high_m - low_m).max()) / STEPS if step_m is None else step_m
     columns, rows = (np.floor((high_m - low_m) / step + 1e-9).astype(int) + 1).tolist()
-    if columns * rows > MOST:
-        words = f"a larger step: at most {MOST} candidates"
+    if columns * rows > MOST_CANDIDATES:
+        words = f"a larger step: at most {MOST_CANDIDATES} candidates"
         raise InputError([Fault("step_m", f"{columns} × {rows} candidates", words)])
     x_m, y_m = (low + step * np.arange(n) for low, n in zip(low_m, (columns, rows), strict=True))
     points = np.meshgrid(x_m, y_m)

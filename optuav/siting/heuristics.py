@@ -25,7 +25,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.status import SAME_S
 
-SAME = 1e-9  # Relative; sums that differ by less are equal, and the first of them is taken
+SAME_SUM = 1e-9  # Relative; sums that differ by less are equal, and the first of them is taken
 ROUNDS = 300
 PATIENCE, SHRINK = 15, 0.6  # Rounds without a better bound, after which steps get smaller by this
 BETTER = 1e-5  # Relative; a bound that is lower by less does not count as better
@@ -52,7 +52,7 @@ def greedy(
     while len(sites) < min(count, worth.shape[1]):
         added = weights @ np.maximum(worth - held[:, None], 0.0)
         site = _first(added)
-        if added[site] <= SAME * (weights @ held):
+        if added[site] <= SAME_SUM * (weights @ held):
             break
         sites.append(site)
         held = np.maximum(held, worth[:, site])
@@ -90,7 +90,7 @@ def interchange(worth: Floats, weights: Floats, chosen: Sequence[int]) -> tuple[
             gained[place] = added + weights[losers] @ (instead - more[losers])
         pair = _first(gained.ravel())
         place, site = divmod(pair, worth.shape[1])
-        if gained[place, site] <= SAME * (weights @ best):
+        if gained[place, site] <= SAME_SUM * (weights @ best):
             break
         sites[place] = site
     return tuple(sites)
@@ -117,7 +117,7 @@ def undominated(worth: Floats) -> Booleans:
 def _first(values: Floats) -> int:
     """The number of the largest value, of equal ones the first, whatever rounding adds."""
     most = values.max()
-    return int(np.argmax(values >= most - SAME * abs(most)))
+    return int(np.argmax(values >= most - SAME_SUM * abs(most)))
 
 
 def bound_by_site(worth: Floats, weights: Floats, count: int, levels: Floats) -> Floats:

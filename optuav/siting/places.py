@@ -15,7 +15,13 @@ from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.solving.best_plans import best_plans
-from optuav.solving.promising_buildings import FIRST, MANY, best_plans_or_all, few_near, takes_few
+from optuav.solving.promising_buildings import (
+    FIRST_ROUTES,
+    MANY_BUILDINGS,
+    best_plans_or_all,
+    few_near,
+    takes_few,
+)
 from optuav.solving.question import checked_question
 from optuav.status import SAME_S
 
@@ -43,7 +49,9 @@ class HoverTimes:
         # Towns, with the buildings to try first, and missions that differ only in their device.
         self._towns, alike = dict[int, tuple[Places, list[int]]](), dict[Mission, list[int]]()
         for number, mission in enumerate(missions):
-            if len(mission.buildings) >= MANY and takes_few(mission, self._questions[number]):
+            if len(mission.buildings) >= MANY_BUILDINGS and takes_few(
+                mission, self._questions[number]
+            ):
                 self._towns[number] = build_places(mission), []
             else:
                 link = mission.link.model_copy(update={"device_m": (0.0, 0.0, 0.0)})
@@ -78,7 +86,7 @@ class HoverTimes:
     def _in_town(self, number: int, sites_m: Floats) -> Floats:
         """The hovers of a mission with many buildings (site,) [s]."""
         mission, (places, best) = self.missions[number], self._towns[number]
-        few = few_near(mission, places, NEAREST if best else FIRST, *best)
+        few = few_near(mission, places, NEAREST if best else FIRST_ROUTES, *best)
         variants = Variants(few, _columns("laser.position_m", sites_m))
         plans = best_plans_or_all(variants, places, self._questions[number])
         best[:] = np.unique((plans.route[plans.route > 0] - 1) // 2).tolist()

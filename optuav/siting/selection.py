@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Integers
 from optuav.siting.heuristics import (
-    SAME,
+    SAME_SUM,
     best_of,
     bound_by_site,
     greedy,
@@ -27,7 +27,7 @@ from optuav.status import SAME_S
 
 Objective: TypeAlias = Literal["mean", "worst", "covered"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
-CLOSE = 1e-6  # Relative; a gap up to this counts as none
+NO_GAP = 1e-6  # Relative; a gap up to this counts as none
 STARTS = 8  # Choices met by the multipliers that start an exchange of sites
 
 
@@ -73,7 +73,7 @@ class Selection:
     def gap(self) -> float:
         """Excess of the bound over the value, relative to the value."""
         more = self.bound - self.value
-        return 0.0 if more <= CLOSE * self.value else more / self.value if self.value else np.inf
+        return 0.0 if more <= NO_GAP * self.value else more / self.value if self.value else np.inf
 
 
 def worth_of(hover_s: Floats, objective: Objective, at_least_s: float | None = None) -> Floats:
@@ -124,7 +124,7 @@ def best_sites(
     if objective == "mean":
         bound /= len(worth)
     elif objective == "covered":
-        bound = np.floor(bound + CLOSE)  # Only whole demands are covered
+        bound = np.floor(bound + NO_GAP)  # Only whole demands are covered
     return Selection(
         objective=objective,
         sites=tuple(chosen),
@@ -143,7 +143,7 @@ def _alike(worth: Floats, chosen: list[int], objective: Objective) -> Iterator[i
     for site in chosen:
         rest = best_of(worth, [chosen_site for chosen_site in chosen if chosen_site != site])
         reached = value_of(np.maximum(others, rest[:, None]), objective)
-        yield int((np.abs(reached - value) <= SAME * value).sum())
+        yield int((np.abs(reached - value) <= SAME_SUM * value).sum())
 
 
 def _in_total(
@@ -156,7 +156,7 @@ def _in_total(
     limits = bound_by_site(worth, weights, count, levels)
     bound = float(limits.max(initial=0.0))
     best = max(best, *(interchange(worth, weights, choice) for choice in met[:STARTS]), key=value)
-    enough = (1.0 + max(gap, CLOSE)) * value(best)
+    enough = (1.0 + max(gap, NO_GAP)) * value(best)
     if bound <= enough or time.monotonic() >= latest:
         return best, bound
     # With only the sites that can reach more, more demands are alike.
@@ -165,7 +165,7 @@ def _in_total(
     left[list(best)] = True
     names = np.flatnonzero(left)
     kinds, kept, alike = _merged(worth[:, names], weights)
-    start, least = np.searchsorted(names, best).tolist(), max(gap, 0.5 * CLOSE)
+    start, least = np.searchsorted(names, best).tolist(), max(gap, 0.5 * NO_GAP)
     chosen, inside = most_in_total(kinds, alike, count, levels[kept], start, least, latest)
     return tuple(names[list(chosen)].tolist()), min(bound, max(inside, outside))
 

@@ -111,9 +111,9 @@ class HoverRegion:
         slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, NEAR[2])
         r, φ, θ = (axis.ravel() for axis in np.meshgrid(reach_m, angles, slopes))
         way_m = np.column_stack([np.cos(θ) * np.cos(φ), np.cos(θ) * np.sin(φ), np.sin(θ)])
-        return self.kept(place_m + r[:, None] * way_m)
+        return self.in_region(place_m + r[:, None] * way_m)
 
-    def kept(self, points_m: Floats) -> Floats:
+    def in_region(self, points_m: Floats) -> Floats:
         """Return the points (point, 3) [m] that are in the region, but for rounding."""
         inside_m = self.inside(points_m)
         found: Floats = inside_m[np.abs(inside_m - points_m).max(axis=1, initial=0.0) < 1e-7]
@@ -199,7 +199,7 @@ class PointSearch:
         ends = np.union1d(network.legs.start[flown], network.legs.end[flown])
         places_m = np.vstack([self.w_U_m, network.places.position_m[ends[ends != HOVER]]])
         near_m = [region.near(place_m) for place_m in places_m]
-        points_m = np.concatenate([region.kept(places_m), region.spread(), *near_m])
+        points_m = np.concatenate([region.in_region(places_m), region.spread(), *near_m])
         sampled = [np.zeros((3, 0)), *self._sampled(network, points_m)]
         point, route, hover_s = np.concatenate(sampled, axis=1)
         least_s = max(self.best_s - PROMISING_S, 0.0)

@@ -51,7 +51,7 @@ TRIED = "a feasible plan: the best of the speeds that were tried within the time
 LATE = "the search for speeds did not end within the time limit"
 NONE = "no ground speeds of the legs make a plan possible; at those that come nearest:"
 NOT_FOUND = "no ground speeds were found that make a plan possible, and no proof that none do"
-CLOSE = 1e-9  # Share of the largest speed within which a leg flies at it
+AT_LARGEST_SPEED = 1e-9  # Share of the largest speed within which a leg flies at it
 DIGITS = 9  # Decimals of a price that are exact [A]
 SAME_A = 1e-6  # Relative difference of prices that are one
 LIFTS = 1e-12  # Share of the charge of a leg that a climb adds at least; less is rounding
@@ -170,7 +170,7 @@ class FreeSpeedProgram(Program):
         way_m, speed = vector(np.array(route.way_m)[:, moves]), speeds_m_s[moves]
         exact_A = np.asarray(route.speeds.flight.price_A(way_m, speed))
         price_A: Floats = np.round(exact_A, DIGITS) + 0.0  # No −0
-        capped = speed >= route.largest_m_s[moves] * (1.0 - CLOSE)
+        capped = speed >= route.largest_m_s[moves] * (1.0 - AT_LARGEST_SPEED)
         if capped.all():
             most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"
             return f"a second less of flight is worth {most} or more: all legs fly at their fastest"

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from formulations.parameters import QUANTITIES, Landing, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats, plain
-from optuav.engines.bracket import largest, rows_and_tops, shortest
+from optuav.engines.bracket import bracket_largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse, shown
 from optuav.fields import Range
@@ -242,7 +242,7 @@ def longest(
         for e, size in limits
     ]
     rows, (x_top, y_top), _ = rows_and_tops(sized, names, count)
-    x, y, beyond = known = largest(rows, x_top, y_top, least=least_s)
+    x, y, beyond = known = bracket_largest(rows, x_top, y_top, least=least_s)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 
 

@@ -13,7 +13,7 @@ from optuav.status import SAME_S
 
 AROUND = 120  # Points of a round of steps in all directions
 SHRINK = 0.6  # Factor of the length of steps after a round without a better point
-CLOSE = 0.1  # Branches that are worse than the best by more than this are left
+CLOSE_TO_BEST = 0.1  # Branches that are worse than the best by more than this are left
 AGAIN = 8
 """Most further searches from near the best point; one that agrees ends them: small steps may be
 caught by a ridge that leads to no top."""
@@ -80,7 +80,7 @@ def maximise(
 
     rough = [climbed(start, 0, lengths.first, lengths.rough) for start in starts]
     rough.sort(key=lambda point: point.value)
-    least = rough[-1].value - CLOSE
+    least = rough[-1].value - CLOSE_TO_BEST
     near = {point.branch: point for point in rough if point.value >= least}
     tops = [climbed(point, 0, lengths.rough, lengths.last) for point in near.values()]
     top = max(tops, key=lambda point: point.value)

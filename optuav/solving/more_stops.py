@@ -128,5 +128,5 @@ def note_what_battery_allows(question: Question, network: Network, plan: Plan) -
     if faults := [f"{words} at {at_s:.2f} s" for at_s, words in ends if at_s is not None]:
         note += f"; that plan would {' and '.join(faults)}"
     elif others := [event for event in replay(flown).violations if event.kind != MISMATCH]:
-        note += f"; that plan cannot be flown: {others[0].words}{others[0].figures}"
+        note += f"; that plan cannot be flown: {others[0].words}{others[0].value_and_limit}"
     yield note

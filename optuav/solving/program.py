@@ -170,7 +170,9 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.declared), slots) for part in self.parts]
-        return tuple(name for name in engine_names() if able and all(name in each for each in able))
+        return tuple(
+            name for name in engine_names() if able and all(name in names for names in able)
+        )
 
     def _repr_html_(self) -> str:
         from xml.etree.ElementTree import Element
@@ -484,7 +486,7 @@ class Program:
         parameters = {name: p for part in self.parts for name, p in part.model.parameters.items()}
         nothing, prices = ShadowPrice(0.0, 0.0), {}
         for name in dict.fromkeys(name for route_prices in all_prices for name in route_prices):
-            less, more = zip(*(each.get(name, nothing) for each in all_prices), strict=True)
+            less, more = zip(*(prices.get(name, nothing) for prices in all_prices), strict=True)
             sides, now = [worse(less), better(more)], parameters[name].value
             allowed = number_of_key(parameters[name].key)
             for k, end in enumerate((-math.inf, math.inf)):
@@ -529,7 +531,9 @@ class CompiledProgram:
             (e, p, e.compile(p.model, len(p.routes), **question.limits)) for e, p in engines
         ]
         parameters_of_parts = (part.model.parameters for part in program.parts)
-        self._parameters = {name: each for own in parameters_of_parts for name, each in own.items()}
+        self._parameters = {
+            name: parameter for own in parameters_of_parts for name, parameter in own.items()
+        }
         self.parameters = tuple(self._parameters)  # those that `solve` may change, by name
         # Where the itineraries have several declarations, an array is of none of them.
         self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1

@@ -51,9 +51,11 @@ BUILDINGS_AT_ONCE = 1 << 12
 """Buildings that are bounded or solved together: their legs stay in the cache."""
 BOUNDED = 1 << 17  # Pairs of variants and buildings that are bounded together
 SHARE = 0.5  # Largest share of open buildings for which not all are solved
-FIRST, MOST = 50, 20_000  # Routes that are solved first, and at most
-FEW = 4  # Routes whose legs are bent first
-MANY = 1000  # Buildings of a mission from which on each variant is solved over the open ones only
+FIRST_ROUTES, MOST_ROUTES = 50, 20_000  # Routes that are solved first, and at most
+FIRST_BENT = 4  # Routes whose legs are bent first
+MANY_BUILDINGS = (
+    1000  # Buildings of a mission from which on each variant is solved over the open ones only
+)
 RARE = 0.1  # Share of variants that the routes tried first may leave open
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
 
@@ -82,13 +84,13 @@ def promising_network(mission: Mission, question: Question) -> Network | None:
             return _past_bent(mission, question, places)
     # Walls forbid routes and make none better: only the legs to the best roofs are tried.
     clear = mission.replace({"flight.obstacles": "ignore"})
-    bounds_s, size = _bounds_s(clear, question, places), FIRST
+    bounds_s, size = _bounds_s(clear, question, places), FIRST_ROUTES
     to_hover, from_hover = network_by(mission, places, np.arange(0)).legs.flyable
     if not from_hover:
         bounds_s[:, 0::2] = -np.inf  # Rest first
     if not to_hover:
         bounds_s[:, 1::2] = -np.inf
-    while size <= MOST:
+    while size <= MOST_ROUTES:
         last = min(size, bounds_s.shape[1] - 1)
         best = [np.argpartition(-bound_s, last)[:size] for bound_s in bounds_s]
         chosen = np.unique(np.concatenate(best) // 2)
@@ -121,7 +123,7 @@ def _past_bent(mission: Mission, question: Question, places: Places) -> Network:
         ends = legs.start[new], legs.end[new]
         return legs.put(new, build_legs(mission, places, obstacles, *ends))
 
-    found_s, tried, size = np.full(4, -np.inf), np.zeros(1 + 2 * len(every), bool), FEW
+    found_s, tried, size = np.full(4, -np.inf), np.zeros(1 + 2 * len(every), bool), FIRST_BENT
     wanted = np.array([0, 1])
     while True:
         legs = bent(legs, wanted)
@@ -199,12 +201,12 @@ def promising_subset(network: Network, columns: Columns, question: Question) -> 
 
     Without variants to try them on, those near the hover point; None in smaller missions.
     """
-    mission, places, size, few = network.mission, network.places, FIRST // 2, None
+    mission, places, size, few = network.mission, network.places, FIRST_ROUTES // 2, None
     buildings = len(mission.buildings)
     if question.perspective != AVAILABLE or not takes_few(mission, question):
         return None
     if not columns or mission.flight_model.least(0.0) is None:
-        return few_near(mission, places, FIRST) if buildings >= MANY else None
+        return few_near(mission, places, FIRST_ROUTES) if buildings >= MANY_BUILDINGS else None
     likely = np.argsort(-hover_bounds_s(as_variants(network), AVAILABLE)[1:, 0], kind="stable") // 2
     while 4 * size <= buildings:
         tried = few_near(mission, places, size, *likely[: 2 * size].tolist())
@@ -213,7 +215,7 @@ def promising_subset(network: Network, columns: Columns, question: Question) -> 
             return tried
         few = few or tried
         size *= 4
-    return few if buildings >= MANY else None
+    return few if buildings >= MANY_BUILDINGS else None
 
 
 def takes_few(mission: Mission, question: Question) -> bool:
@@ -244,7 +246,7 @@ def best_plans_or_all(variants: Variants, places: Places, question: Question) ->
     planned = np.isfinite(longest_s[undecided])
     over_all = [undecided[~planned]]
     for some in _in_turn(undecided[planned], 1 + BOUNDED // count):
-        left, size, solved = some, 2 * FIRST, np.zeros((len(some), count), bool)
+        left, size, solved = some, 2 * FIRST_ROUTES, np.zeros((len(some), count), bool)
         solved[:, network.routes.building[1:]] = True
         while len(left):
             batch = Variants(direct, _rows(columns, left))

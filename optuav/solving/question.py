@@ -97,21 +97,23 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
     else:
         raise InputError([unknown("problem", stated_as, (*PROBLEM_NAMES, *OWN_PROBLEMS))])
     options = {field: value for field, value in stated.items() if value is not None}
-    taken = {each: arguments_of(each) for each in dict.fromkeys((*OF_THE_PAPER, kind))}
+    taken = {problem: arguments_of(problem) for problem in dict.fromkeys((*OF_THE_PAPER, kind))}
     faults = []
     for field, value in options.items():
         if field not in taken[kind]:
-            able = [each.__name__ for each in taken if field in taken[each]]
+            able = [problem.__name__ for problem in taken if field in taken[problem]]
             words = f", {' and '.join(able)} {'does' if len(able) == 1 else 'do'}" if able else ""
             words = words or nearest(field, taken[kind])
             faults.append(Fault(field, shown(value), f"problem {name} takes no {field}{words}"))
-    for field, each in taken[kind].items():
-        if field not in {**usual, **options} and each.default is Parameter.empty:
+    for field, argument in taken[kind].items():
+        if field not in {**usual, **options} and argument.default is Parameter.empty:
             what = "the name of a building" if field == "building" else "a value of this field"
             faults.append(Fault(field, "", f"problem {name} needs {what}"))
     refuse(faults)
     options = {**usual, **options} | ({"tight": True} if name == "P2-tight" else {})
-    unnamed = [n for n, each in taken[kind].items() if each.kind is Parameter.POSITIONAL_ONLY]
+    unnamed = [
+        n for n, argument in taken[kind].items() if argument.kind is Parameter.POSITIONAL_ONLY
+    ]
     by_place = [options.pop(n) for n in unnamed if n in options]
     return kind(*by_place, **options)
 
@@ -120,16 +122,18 @@ def arguments_of(kind: type[Formulation]) -> dict[str, Parameter]:
     """The arguments of a class of problems by name: of a dataclass, its fields."""
     unnamed = Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD
     arguments = signature(kind).parameters.items()
-    return {name: each for name, each in arguments if each.kind not in unnamed}
+    return {name: argument for name, argument in arguments if argument.kind not in unnamed}
 
 
 def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
     """Return one perspective or several; append their faults to `faults`."""
     single = isinstance(stated, str) or not isinstance(stated, Iterable)
     perspectives, names = [stated] if single else [*stated], tuple(PERSPECTIVES)
-    if not perspectives or any(each in perspectives[:k] for k, each in enumerate(perspectives)):
+    if not perspectives or any(
+        counted_by in perspectives[:k] for k, counted_by in enumerate(perspectives)
+    ):
         faults.append(Fault("perspective", shown(stated), ASKED))
-    faults += unlisted(*(("perspective", each, names) for each in perspectives))
+    faults += unlisted(*(("perspective", counted_by, names) for counted_by in perspectives))
     return perspectives
 
 
@@ -259,7 +263,7 @@ def _faults_of_stops(mission: Mission, perspective: str) -> Iterator[Fault]:
 def _speed_faults(mission: Mission, perspective: str) -> Iterator[Fault]:
     """Missions whose legs have no speed that may be chosen."""
     if not isinstance(mission.flight_model, CruisingModel):
-        able = [shown(name) for name, each in FLIGHTS.items() if issubclass(each, CruisingModel)]
+        able = [shown(name) for name, model in FLIGHTS.items() if issubclass(model, CruisingModel)]
         words = f"{' or '.join(able)} with speed = 'free', as its legs have a speed to choose"
         yield Fault("flight.model", shown(mission.flight.model), words)
     if perspective == AVAILABLE and mission.battery.takes_turns:

@@ -186,12 +186,14 @@ def replayed(plan: Plan, *, must_fly: bool = True) -> Plan:
     events = simulated_plan.violations
     # That a plan of the perspective `available` fails would be a fault of this package.
     if must_fly and plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and events:
-        why = "; ".join(event.words + event.figures for event in events)
+        why = "; ".join(event.words + event.value_and_limit for event in events)
         raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {why}")
-    untold = (event.words + event.figures for event in events if event.kind not in WARNED_OF)
+    untold = (
+        event.words + event.value_and_limit for event in events if event.kind not in WARNED_OF
+    )
     notes = (*plan.notes, *(f"{CANNOT}{words}" for words in untold))
     low = (event for event in simulated_plan.events if event.kind == BELOW_RESERVE)
-    notes = (*notes, *(event.words + event.figures for event in low))
+    notes = (*notes, *(event.words + event.value_and_limit for event in low))
     notes = (*notes, *rate_doubt(plan.mission, _draws(plan)))
     return plan.model_copy(update={"flyable": not events, "notes": notes})
 

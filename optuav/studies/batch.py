@@ -113,7 +113,9 @@ def batch_arrays(
     the shortest flight takes longer than limits.deadline_s
     """
     solved = solved_batch(mission, ranges, problem, perspective, paired)
-    words = {f"{name}_words": np.array(each) for name, each in words_of(solved.buildings).items()}
+    words = {
+        f"{name}_words": np.array(choices) for name, choices in words_of(solved.buildings).items()
+    }
     return {**solved.keys, **solved.values, **words}
 
 
@@ -192,10 +194,10 @@ def labelled(found: Solved) -> xarray.Dataset:
     dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
     coordinates = dict[str, Any]()
     rows = next((name for name in ("mission", "layout") if name in dims), ROW)
-    for key, each in {**found.labels, **found.keys}.items():
+    for key, labels in {**found.labels, **found.keys}.items():
         first = key if key in dims else rows
         along = (first, "roof", "axis") if key == ROOFS else (first,)
-        values, attributes = np.asarray(each), {"units": unit[key]} if key in unit else {}
+        values, attributes = np.asarray(labels), {"units": unit[key]} if key in unit else {}
         if along != (key,):
             coordinates[key] = xarray.Variable(along, values, attributes, fastpath=True)
         elif values.dtype.kind in "if":
@@ -235,27 +237,29 @@ def solved_batch(
             refuse([Fault(ROOFS, "", "layouts of one mission, not of several")] if several else ())
             wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
-        ranges = {key: each for key, each in ranges.items() if key != ROOFS}
+        ranges = {key: column for key, column in ranges.items() if key != ROOFS}
     values = values_of(ranges, wrong := list[Fault](), paired=paired)
     if several and paired:
         count = len(next(iter(values.values()), wholes))
         if wholes and count != len(wholes):
             words = f"{len(wholes)} {several}s, {count} values of each key"
             wrong.append(Fault("paired", words, f"one {several} for each value"))
-        rows = ({key: each[n : n + 1] for key, each in values.items()} for n in range(len(wholes)))
+        rows = (
+            {key: column[n : n + 1] for key, column in values.items()} for n in range(len(wholes))
+        )
         all_scenarios = [*map(Scenarios, wholes, rows)]
     else:
         ranges_of_each = (values, {}) if paired else (None, values)
         all_scenarios = [Scenarios(whole, *ranges_of_each) for whole in wholes]
     questions = list[list[Question]]()
-    for each in all_scenarios:
+    for scenarios in all_scenarios:
         if not wrong:
             with collected(faults):
-                check(each)
+                check(scenarios)
         questions.append([])
         for name in perspectives:
             with collected(faults):
-                questions[-1].append(checked_question(each.mission, problem, name))
+                questions[-1].append(checked_question(scenarios.mission, problem, name))
     for name in () if wholes else perspectives:
         with collected(faults):
             checked_question(None, problem, name)
@@ -275,7 +279,7 @@ def solved_batch(
     shape |= {} if several and paired else all_scenarios[0].sizes
     names = [*dict.fromkeys(name for whole in wholes for name in whole.buildings.names)]
     arrays, size = variables(all_scenarios, questions, names), tuple(shape.values())
-    reshaped = {name: each.reshape(size) for name, each in arrays.items()}
+    reshaped = {name: array.reshape(size) for name, array in arrays.items()}
     unit = "s"
     if type(questions[0][0].problem) not in OF_THE_PAPER:
         parts = formulate(wholes[0], questions[0][0].problem, perspective=perspectives[0]).parts

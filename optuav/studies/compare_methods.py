@@ -31,7 +31,7 @@ ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5)
 """Tolerance of an engine's answer [s], up to `LONG_S` and in proportion beyond."""
 LONG_S = 1000.0
 HOVER, REST = "hover_time_s", "rest_time_s"
-UNITS = {
+METHOD_UNITS = {
     **dict.fromkeys(("problem", "building", "order", "method", "engine"), ""),
     **{"slot_s": "s", "status": "", "hover_time_s": "s", "rest_time_s": "s"},
     **{"gap_s": "s", "largest_gap_s": "s", "relaxation_s": "s"},
@@ -116,7 +116,7 @@ class MethodComparison(Comparison):
     @property
     def units(self) -> Mapping[str, str]:
         """Unit of each column by its name."""
-        return UNITS | ({"time_s": "s"} if self._timed else {})
+        return METHOD_UNITS | ({"time_s": "s"} if self._timed else {})
 
     @property
     def _timed(self) -> bool:

@@ -25,7 +25,7 @@ AXES: Mapping[str, tuple[str, ...]] = {
 }
 """Options to compare plans by, and their values in the order of the table."""
 PERIODS_S = (60.0,)
-UNITS = {
+PLAN_UNITS = {
     **{"flyable": "", "status": "", "hover_time_s": "s", "rest_time_s": "s", "mission_time_s": "s"},
     **{f"soc_{name}": "-" for name in PAPER},
     **{"route": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
@@ -92,8 +92,8 @@ class PlanComparison(Comparison):
     def units(self) -> Mapping[str, str]:
         """Unit of each column by its name."""
         if self._by_schedule:
-            return {"schedule": "", "period_s": "s", **UNITS, "brings_s": "s"}
-        return {**dict.fromkeys(AXES, ""), **UNITS}
+            return {"schedule": "", "period_s": "s", **PLAN_UNITS, "brings_s": "s"}
+        return {**dict.fromkeys(AXES, ""), **PLAN_UNITS}
 
     @property
     def _by_schedule(self) -> bool:

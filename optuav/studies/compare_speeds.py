@@ -21,7 +21,13 @@ from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.speed_search import RULES, RouteSpeeds
 from optuav.studies.results import ComparedAnswer, Comparison, Pictures
 
-UNITS = {"method": "", "hover_time_s": "s", "brings_s": "s", "speeds_m_s": "m/s", "status": ""}
+SPEED_UNITS = {
+    "method": "",
+    "hover_time_s": "s",
+    "brings_s": "s",
+    "speeds_m_s": "m/s",
+    "status": "",
+}
 GRID = 20_000  # Most points of the grid of speeds
 STEPS = 120  # Speeds of the picture
 SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
@@ -46,7 +52,7 @@ class SpeedComparison(Comparison):
     """
 
     kind = "optuav comparison of speeds"
-    units = UNITS
+    units = SPEED_UNITS
     rows: tuple[SpeedAnswer, ...]
     by: tuple[str, ...]
     perspective: Perspective

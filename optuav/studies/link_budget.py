@@ -28,7 +28,7 @@ from optuav.presentation.presented import Presented
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SAME = 1e-9  # Smallest relative decrease of a power that a limit counts for
+LEAST_DECREASE = 1e-9  # Smallest relative decrease of a power that a limit counts for
 POWER = Range("W", ge=-1e9, le=1e9)
 
 
@@ -215,7 +215,11 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)
     dc_W = float(beam.received_W(away_m, most_W))
     key = beam.limiting_key(away_m, most_W)
-    limit = f"{key} = {quantity(mission, str(key))}" if dc_W < (1.0 - SAME) * chain.dc_W else None
+    limit = (
+        f"{key} = {quantity(mission, str(key))}"
+        if dc_W < (1.0 - LEAST_DECREASE) * chain.dc_W
+        else None
+    )
     ends_m = np.array([beam.laser.position_m]), np.array([place_m])
     blocker = crossed(prisms(mission.buildings), *ends_m, np.array([[number]]))
     return LinkBudget(

@@ -18,8 +18,10 @@ from optuav.mission.messages import several, shown
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.studies.results import Pictures, Result
 
-UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W", "current_A": "A"}
-HEADS = dict(zip(UNITS, ("speed", "rotor power", "battery power", "current"), strict=True))
+POWER_UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W", "current_A": "A"}
+POWER_HEADS = dict(
+    zip(POWER_UNITS, ("speed", "rotor power", "battery power", "current"), strict=True)
+)
 STEPS = 100  # Intervals up to the cap, if no speeds are given
 PRINTED = 11  # Most rows of the printed table
 FASTEST_M_S = 1e6
@@ -59,7 +61,7 @@ class PowerCurve(Result):
     """
 
     kind = "optuav power curve"
-    units = UNITS
+    units = POWER_UNITS
     rows: tuple[PowerAtSpeed, ...]
     hover_power_W: float
     best_endurance_m_s: float
@@ -110,7 +112,7 @@ class PowerCurve(Result):
         )
         yield Facts([("Hover", *hover), *named])
         step = -(-(len(self.rows) - 1) // (PRINTED - 1)) or 1
-        heads = (f"{HEADS[name]} [{unit}]" for name, unit in UNITS.items())
+        heads = (f"{POWER_HEADS[name]} [{unit}]" for name, unit in POWER_UNITS.items())
         rows = (map("{:.2f}".format, row.values()) for row in self.rows[::step])
         yield Table(["", *heads], [["", *row] for row in rows])
 

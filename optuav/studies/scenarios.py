@@ -37,7 +37,7 @@ DISPLACED: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("start.available_As", "start.bound_As"), OF_WELLS),
 }
 """Keys that a new value of others displaces."""
-MOST = 10**9
+MOST_SCENARIOS = 10**9
 ROW = "scenario"
 ITINERARIES_AT_ONCE = 1 << 17
 """Itineraries computed together: few enough to stay in the cache. No result depends on it."""
@@ -89,7 +89,7 @@ class Scenarios:
         """The network of `base`."""
         return build_network(self.base)
 
-    def stated(self, first: int, count: int) -> dict[str, Floats]:
+    def values_by_key(self, first: int, count: int) -> dict[str, Floats]:
         """Values by key of some scenarios."""
         sizes = self.row_count, *map(len, self.grid.values())
         row, *places = np.unravel_index(np.arange(first, first + count), sizes)
@@ -124,7 +124,7 @@ class Scenarios:
     def columns(self, first: int, count: int) -> Columns:
         """The same with what `Mission.replace` displaces, for the variants of `base`."""
         mission, laser = self.mission, self.mission.laser
-        columns = self.stated(first, count)
+        columns = self.values_by_key(first, count)
         if not columns:
             return {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
         if PER_MINUTE in columns:
@@ -151,7 +151,7 @@ class Scenarios:
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
         """Yield every scenario as a mission of its own, or its error."""
-        columns, mission = self.stated(first, count), self.mission
+        columns, mission = self.values_by_key(first, count), self.mission
         for row in range(count):
             try:
                 values = {key: float(column[row]) for key, column in columns.items()}
@@ -167,7 +167,7 @@ class Scenarios:
 
         To be `seen` by a rule that refuses a key unless it is 0, another value stands for 0.
         """
-        first = {key: float(values[0]) for key, values in self.stated(0, 1).items()}
+        first = {key: float(values[0]) for key, values in self.values_by_key(0, 1).items()}
         if seen and not isinstance(self.rows, Draws):
             for key, values in {**(self.rows or {}), **self.grid}.items():
                 first[key] = first[key] or float(values[np.abs(values).argmax()])
@@ -179,9 +179,9 @@ class Scenarios:
 
 def check(found: Scenarios) -> None:
     """Refuse scenarios that are too many, or not of their mission."""
-    if found.count > MOST:
-        refuse([Fault("", f"{found.count} scenarios", f"at most {MOST}")])
-    values, mission = found.stated(0, 1), found.mission
+    if found.count > MOST_SCENARIOS:
+        refuse([Fault("", f"{found.count} scenarios", f"at most {MOST_SCENARIOS}")])
+    values, mission = found.values_by_key(0, 1), found.mission
     refuse(keys_of_missing_tables(mission, values))
     if values:
         _refuse_wavelengths(found)

@@ -40,7 +40,7 @@ SAMPLES = Range("-", ge=1, le=1e8, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of measured values; [route] and [limits] hold choices."""
 STEP = 1e-4  # Step of the rates at the value of a key, relative to it
-UNITS = {
+EFFECT_UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
     **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
     **{"local_less": "-", "local_more": "-", "local_elasticity": "-", "swing_s": "s"},
@@ -96,7 +96,7 @@ class Sensitivity(Result):
     """
 
     kind = "optuav sensitivity"
-    units = UNITS
+    units = EFFECT_UNITS
     rows: tuple[Effect, ...]
     perspective: Perspective
     hover_time_s: float
@@ -337,21 +337,21 @@ def _range(now: float, low: float, high: float) -> str:
     return " to ".join(ends)
 
 
-def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[Block]:
-    how = "as stated" if found.stated else "within 10 %, as nothing was stated"
-    count = f"{plural(len(found.uncertain), 'key')} at once, {how}: {found.samples} samples"
-    yield Heading(f"{count}, seed {found.seed}")
-    quantiles = ", ".join(f"{percent(share)} {s:.1f}" for share, s in found.quantiles_s.items())
-    mean = f"mean {found.mean_s:.1f} s"
-    if 0.0 < found.no_plan < 1.0:
-        flown_s = found.mean_s / (1.0 - found.no_plan)
+def _chances(chances: Chances, plan_hover_s: float | None) -> Iterator[Block]:
+    how = "as stated" if chances.stated else "within 10 %, as nothing was stated"
+    count = f"{plural(len(chances.uncertain), 'key')} at once, {how}: {chances.samples} samples"
+    yield Heading(f"{count}, seed {chances.seed}")
+    quantiles = ", ".join(f"{percent(share)} {s:.1f}" for share, s in chances.quantiles_s.items())
+    mean = f"mean {chances.mean_s:.1f} s"
+    if 0.0 < chances.no_plan < 1.0:
+        flown_s = chances.mean_s / (1.0 - chances.no_plan)
         mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
-    none = {"no plan": found.no_plan} if found.no_plan else {}
+    none = {"no plan": chances.no_plan} if chances.no_plan else {}
     facts = [("Hover", f"{mean}; quantiles [s] {quantiles}")]
-    facts.append(("Best", _shares({**found.routes, **none})))
-    if found.kept is not None and found.flyable is not None:
-        flies = f"can be flown in {percent(found.flyable)} of the samples"
-        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_shares(found.kept)}"
+    facts.append(("Best", _shares({**chances.routes, **none})))
+    if chances.kept is not None and chances.flyable is not None:
+        flies = f"can be flown in {percent(chances.flyable)} of the samples"
+        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_shares(chances.kept)}"
         facts.append(("Fixed plan", words))
     yield Facts(facts)
 

@@ -72,7 +72,7 @@ class SweepPlan:
     @property
     def is_drawable(self) -> bool:
         """True for up to three keys with several values each, at most one of them of rows."""
-        keys, grid = len(self.scenarios.stated(0, 1)), len(self.scenarios.grid)
+        keys, grid = len(self.scenarios.values_by_key(0, 1)), len(self.scenarios.grid)
         return keys < 4 and keys - grid < 2 and min(self.scenarios.sizes.values()) > 1
 
     def part(self, number: int) -> range:
@@ -127,30 +127,30 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
     return StudyFile.model_validate(document)
 
 
-def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
+def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     """Return the plan that a file states; its faults are added to `faults`, or raised."""
     problem: Formulation = P1()
-    perspectives = perspectives_of(stated.perspective, faults)
-    if not (stated.grid or stated.paired or stated.samples):
+    perspectives = perspectives_of(study.perspective, faults)
+    if not (study.grid or study.paired or study.samples):
         faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
-    if stated.paired and stated.samples:
+    if study.paired and study.samples:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
-    if path in (STANDARD, Path()) and not stated.output:
+    if path in (STANDARD, Path()) and not study.output:
         faults.append(Fault("output", "", "is missing; the path of a directory"))
     with collected(faults):
-        problem = stated_problem(stated.problem)
+        problem = stated_problem(study.problem)
     wrong = list[Fault]()  # What forbids to look at scenarios
-    grid = values_of(_ranges(stated.grid, wrong), wrong, paired=False)
-    paired = values_of(_ranges(stated.paired, wrong), wrong, paired=True)
-    spread, drawn = {**stated.samples}, tuple[Spread, ...]()
+    grid = values_of(_ranges(study.grid, wrong), wrong, paired=False)
+    paired = values_of(_ranges(study.paired, wrong), wrong, paired=True)
+    spread, drawn = {**study.samples}, tuple[Spread, ...]()
     count, seed = spread.pop("count", 1), spread.pop("seed", 0)
-    if stated.samples:
+    if study.samples:
         wrong += misfits(("count", count, COUNT), ("seed", seed, SEED))
-        if "count" not in stated.samples:
+        if "count" not in study.samples:
             wrong.append(Fault("count", "", COUNT.words))
         if not spread:
             wrong.append(Fault("samples", "", "at least one key with its distribution"))
-    named, source = is_name(stated.mission), stated.mission
+    named, source = is_name(study.mission), study.mission
     loaded = load_all(source if named else resolve_from(path.parent, source, "mission"), wrong)
     questions = list[Question]()
     for mission in loaded:
@@ -168,28 +168,28 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     plan = SweepPlan(
         Scenarios(mission, rows, grid),
         questions,
-        stated.scenarios_per_part,
-        resolve_from(path.parent, stated.output or path.stem, "output"),
-        {**stated.model_dump(exclude={"output"}), "mission": mission.to_dict()},
+        study.scenarios_per_part,
+        resolve_from(path.parent, study.output or path.stem, "output"),
+        {**study.model_dump(exclude={"output"}), "mission": mission.to_dict()},
     )
     check(plan.scenarios)
     if plan.parts > MOST_PARTS:
         least = -(-plan.scenarios.count // MOST_PARTS)
         words = f"at least {least}, which makes {MOST_PARTS} parts"
-        faults.append(Fault("scenarios_per_part", shown(stated.scenarios_per_part), words))
+        faults.append(Fault("scenarios_per_part", shown(study.scenarios_per_part), words))
     return plan
 
 
-def stated_problem(stated: str | Document) -> Formulation:
+def stated_problem(problem: str | Document) -> Formulation:
     """The problem of a study file; refused with all faults."""
-    fields = {"name": stated} if isinstance(stated, str) else {**stated}
+    fields = {"name": problem} if isinstance(problem, str) else {**problem}
     return problem_of(fields.pop("name", "P1"), **fields)
 
 
-def _ranges(stated: Document, faults: list[Fault]) -> dict[str, Any]:
+def _ranges(tables: Document, faults: list[Fault]) -> dict[str, Any]:
     """Values by dotted key; tables give equal distances, and a batch judges other forms."""
     ranges = dict[str, Any]()
-    for key, values in dotted(stated):
+    for key, values in dotted(tables):
         if key in ranges:
             faults.append(Fault(key, "", "stated once"))
         elif not isinstance(values, dict):

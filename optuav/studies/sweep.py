@@ -42,7 +42,7 @@ from optuav.studies.batch import (
 from optuav.studies.cluster import results
 from optuav.studies.compare_methods import Progress
 from optuav.studies.processes import WORKERS
-from optuav.studies.scenarios import MOST, ROW, Scenarios
+from optuav.studies.scenarios import MOST_SCENARIOS, ROW, Scenarios
 from optuav.studies.study import (
     MOST_PARTS,
     Document,
@@ -279,7 +279,7 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     labels = {} if isinstance(perspectives, str) else {"perspective": perspectives}
     facts |= {"perspective": perspectives} if isinstance(perspectives, str) else {}
     rows = {ROW: about.rows} if about.rows else {}
-    shape = {key: len(each) for key, each in labels.items()} | rows
+    shape = {key: len(names) for key, names in labels.items()} | rows
     shape |= {key: len(values) for key, values in grid.items()}
     side, per_row = shape.get("perspective", 1), math.prod(map(len, grid.values()))
     stored = SweepParts(directory, about.hash, about.scenarios, study.scenarios_per_part, side)
@@ -297,7 +297,9 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     values = {
         name: columns.pop(name).reshape(-1, side).T.reshape([*shape.values()]) for name in LABELS
     }
-    keys = {key: each[:: side * per_row] for key, each in columns.items() if key != "perspective"}
+    keys = {
+        key: column[:: side * per_row] for key, column in columns.items() if key != "perspective"
+    }
     keys |= {key: np.array(stated) for key, stated in grid.items()}
     return labelled(Solved(labels, keys, shape, values, [*buildings, "none"], facts))
 
@@ -312,17 +314,17 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
 
     _refuse_others(versions, "a worker")
     part, perspectives, whole = plan.part(number), plan.perspectives, plan.scenarios
-    keys, names = whole.stated(part.start, len(part)), whole.mission.buildings.names
+    keys, names = whole.values_by_key(part.start, len(part)), whole.mission.buildings.names
     values = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
     words = {"perspective": [*map(str, perspectives)], **words_of([*names])}
     columns: dict[str, Any] = {
-        key: np.repeat(each, len(perspectives)) for key, each in keys.items()
+        key: np.repeat(column, len(perspectives)) for key, column in keys.items()
     }
     columns["perspective"] = np.tile(np.arange(len(perspectives), dtype=np.int8), len(part))
     columns |= {name: values[name][:, 0].T.ravel() for name in LABELS}  # No building is null
-    for name, each in words.items():
+    for name, choices in words.items():
         numbers = pa.array(columns[name], mask=columns[name] < 0)
-        columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(each, pa.string()))
+        columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(choices, pa.string()))
     table, unit_of = pa.table(columns), units() | {name: LABELS[name][1] for name in MEASURED}
     fields = [
         field.with_metadata({"units": unit_of[field.name]}) if field.name in unit_of else field
@@ -522,7 +524,7 @@ def _read_manifest(directory: Path) -> Manifest:
         parts = -(-manifest.scenarios // manifest.study.scenarios_per_part)
         if (
             faults
-            or not (manifest.scenarios <= MOST and parts <= MOST_PARTS)
+            or not (manifest.scenarios <= MOST_SCENARIOS and parts <= MOST_PARTS)
             or not manifest.grid.keys() <= numeric_keys().keys()
             or manifest.versions.keys() != {*PACKAGES}
             or not manifest.names
@@ -548,7 +550,10 @@ def _summary(stored: SweepParts, asked: Sequence[str]) -> tuple[Document, Docume
         for name, low_s, high_s in zip(asked, shortest_s, longest_s, strict=True)
     }
     pairs = [zip(words[1:], count[1:], strict=True) for count in counts.tolist()]  # The first: none
-    why = {name: {w: n for w, n in each if n} for name, each in zip(asked, pairs, strict=True)}
+    why = {
+        name: {w: n for w, n in counts_by_reason if n}
+        for name, counts_by_reason in zip(asked, pairs, strict=True)
+    }
     return ends, why
 
 

@@ -67,7 +67,9 @@ class FixedPlan:
         words += "laser and buildings, with one hover and at most one rest"
         raise InputError([Fault("plan", " → ".join(plan.route), words)])
 
-    def kept(self, variants: Variants, perspective: Perspective = AVAILABLE) -> dict[str, Booleans]:
+    def conditions_held(
+        self, variants: Variants, perspective: Perspective = AVAILABLE
+    ) -> dict[str, Booleans]:
         """Return by condition the variants of the mission where the plan keeps it.
 
         Under ``"available"`` it can be flown where it keeps all of them.
@@ -123,11 +125,11 @@ def chances(
     for first, variants, (plans,) in best_of(scenarios, [question]):
         best_s, best = plans.hover_time_s, plans.route
         if plan is not None:
-            conditions = plan.kept(variants)
+            conditions = plan.conditions_held(variants)
             kept.update({name: int(where.sum()) for name, where in conditions.items()})
             flyable += int(np.logical_and.reduce([*conditions.values()]).sum())
             if perspective != AVAILABLE:
-                conditions = plan.kept(variants, perspective)
+                conditions = plan.conditions_held(variants, perspective)
             # The best plan's hover point moves with the reach of the radio, the fixed plan's stays:
             # where the best has no clear way or a longer one, the fixed plan may hover longer.
             better = np.logical_and.reduce([*conditions.values()])

@@ -33,13 +33,13 @@ from optuav.mission import load
 def test_value_and_ends_have_digits_enough(
     value: float, low: float, high: float, words: list[str]
 ) -> None:
-    assert Value("a.b", value, "", ConfidenceInterval(low, high)).figures(" – ") == words
+    assert Value("a.b", value, "", ConfidenceInterval(low, high)).value_and_interval(" – ") == words
 
 
 @given(st.floats(1e-9, 1e8), st.floats(1e-6, 0.9), st.floats(1e-6, 9.0))
 def test_the_ends_always_differ_from_the_value(value: float, below: float, above: float) -> None:
     interval = ConfidenceInterval(value * (1.0 - below), value * (1.0 + above))
-    text, span = Value("a.b", value, "", interval).figures(" ")
+    text, span = Value("a.b", value, "", interval).value_and_interval(" ")
     low, high = span.split()
     assert float(low) < float(text) < float(high)
     assert ("e" in text) <= (not 1e-4 <= value < 1e6 * (1.0 - 1e-6))
@@ -123,7 +123,7 @@ def test_values_of_one_fit_are_stated_together_or_not_at_all(
     estimated = Estimate(
         ("a.x", "a.y"), np.array([1.5, 2.5]), np.zeros(3), 1.0, (None, None), undetermined
     )
-    fit = Fit("kibam", (), "few", estimated.stated("fitted", always=always), ())
+    fit = Fit("kibam", (), "few", estimated.values_for_mission("fitted", always=always), ())
     assert len(fit.changes) == written
     table = tomllib.loads(fit.to_toml()).get("a", {})
     assert table == ({"x": 1.5, "y": 2.5} if written else {})

@@ -297,8 +297,8 @@ def test_in_a_town_the_same_buildings_decide(
     options: dict[str, Any] = {"perspective": perspective}
     sites_m = np.array([[0.0, 0.0, 150.0], [2000.0, 0.0, 150.0]])
     known = optuav.place_laser(in_a_town(), sites_m, **options)
-    monkeypatch.setattr(siting, "MANY", 20)
-    monkeypatch.setattr(siting, "FIRST", 5)
+    monkeypatch.setattr(siting, "MANY_BUILDINGS", 20)
+    monkeypatch.setattr(siting, "FIRST_ROUTES", 5)
     found = optuav.place_laser(in_a_town(), sites_m, **options)
     np.testing.assert_array_equal(found.candidate_hover_s, known.candidate_hover_s)
     np.testing.assert_array_equal(found.position_m, known.position_m)

@@ -257,7 +257,7 @@ def test_the_judge_finds_a_landing_below_the_reserve(perspective: Any) -> None:
         for event in events:
             if event.kind == "state of charge":
                 words = "lands on b9 with 29.9999 % of the charge, below the reserve of 30 %"
-                assert event.words + event.figures == words
+                assert event.words + event.value_and_limit == words
                 assert event.value == pytest.approx(0.3 - 1e-6, abs=1e-9)
 
 
@@ -267,7 +267,7 @@ def test_a_landing_below_the_reserve_is_told_where_it_is_allowed() -> None:
     replayed = optuav.replay(optuav.solve(mission, optuav.P4("b9", order="hover-first")))
     assert replayed.flyable
     (event,) = (event for event in replayed.events if event.kind == "below reserve")
-    assert event.words + event.figures == (
+    assert event.words + event.value_and_limit == (
         f"lands on b9 with {100 * event.value:.2f} % of the charge, below the reserve of 20 %; "
         "allowed by limits.keep_soc = end"
     )

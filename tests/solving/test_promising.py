@@ -67,7 +67,7 @@ def test_the_plan_is_that_of_all_routes(seed: int, monkeypatch: pytest.MonkeyPat
     kinds = KINDS[:1] if mission.battery.takes_turns else kinds
     plans = [optuav.solve(mission, **kind).to_dict() for kind in kinds]
     monkeypatch.setattr(import_module("optuav.solving.solve"), "MANY", 0)
-    monkeypatch.setattr(promising, "FIRST", 2)
+    monkeypatch.setattr(promising, "FIRST_ROUTES", 2)
     monkeypatch.setattr(promising, "BUILDINGS_AT_ONCE", 7)
     assert [optuav.solve(mission, **kind).to_dict() for kind in kinds] == plans
 
@@ -77,7 +77,7 @@ def test_walls_in_the_way_of_the_best_roofs(monkeypatch: pytest.MonkeyPatch) -> 
 
     Also where the leg that all routes of an order share is blocked.
     """
-    monkeypatch.setattr(promising, "FIRST", 1)
+    monkeypatch.setattr(promising, "FIRST_ROUTES", 1)
     shared, phases = set[tuple[bool, ...]](), set[int]()
     for seed in (*range(20), 39, 72, 79, 224):  # The last four need more than the first roofs
         draw = np.random.default_rng([7, seed])
@@ -125,7 +125,7 @@ def test_bent_legs_of_routes_in_question_only(rule: str, monkeypatch: pytest.Mon
         for perspective in ("available", "battery"):
             with monkeypatch.context() as patch:
                 patch.setattr(import_module("optuav.solving.solve"), "MANY_BENT", 0)
-                patch.setattr(promising, "FEW", 1)
+                patch.setattr(promising, "FIRST_BENT", 1)
                 found = optuav.solve(mission, perspective=perspective)
             plan = optuav.solve(mission, perspective=perspective)
             phases.add(len(found.phases))
@@ -195,7 +195,7 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """And routes that bounds do not exclude are added to the first ones until none is open."""
     mission = optuav.load("paper").replace({"limits.deadline_s": 2000})
     question = checked_question(mission)
-    monkeypatch.setattr(promising, "FIRST", 1)
+    monkeypatch.setattr(promising, "FIRST_ROUTES", 1)
     network = promising.promising_network(mission, question)
     assert network is not None
     assert len(network.routes) < 21
@@ -236,7 +236,7 @@ def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
         for name, value in {
-            "FIRST": 4,
+            "FIRST_ROUTES": 4,
             "RARE": 1.0,
             "BUILDINGS_AT_ONCE": 40,
             "BOUNDED": 100,
@@ -276,7 +276,13 @@ def test_variants_in_a_town_have_the_plans_of_a_loop(seed: int, tried: int, shar
     mission, values = anywhere(seed)
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
-        small = {"FIRST": 2, "MANY": 0, "BUILDINGS_AT_ONCE": 40, "BOUNDED": 100, "SHARE": share}
+        small = {
+            "FIRST_ROUTES": 2,
+            "MANY_BUILDINGS": 0,
+            "BUILDINGS_AT_ONCE": 40,
+            "BOUNDED": 100,
+            "SHARE": share,
+        }
         for name, value in small.items():
             patched.setattr(promising, name, value)
         patched.setattr(import_module("optuav.studies.batch"), "TRIED", tried)

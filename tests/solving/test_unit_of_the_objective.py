@@ -16,7 +16,7 @@ from optuav.engines import closed_form
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.modelling import Model
-from optuav.modelling.traversal import worth
+from optuav.modelling.traversal import change_by_step
 from optuav.network.network import build_network
 from optuav.status import Status
 from tests.examples import few
@@ -289,9 +289,9 @@ def test_the_worth_of_a_second() -> None:
     size = model.variable("size", "C", unit="A s")
     at = {"hover_time_s": np.array([2.0, 5.0]), "size": 3000.0}
     unknowns = model.variables
-    assert worth(7.0, unknowns, at) == 0.0
-    assert worth(hover, unknowns, at) == 1.0
-    assert worth(1e-9 * size, unknowns, at) == pytest.approx(3e-9)
-    assert worth(hover * hover + size, unknowns, at) == pytest.approx([4.0, 10.0])
-    assert worth(np.sqrt(hover), unknowns, {"hover_time_s": 0.0}) == 0.0  # No finite slope
-    assert worth(np.spacing(hover), unknowns, at) == 0.0  # No known slope
+    assert change_by_step(7.0, unknowns, at) == 0.0
+    assert change_by_step(hover, unknowns, at) == 1.0
+    assert change_by_step(1e-9 * size, unknowns, at) == pytest.approx(3e-9)
+    assert change_by_step(hover * hover + size, unknowns, at) == pytest.approx([4.0, 10.0])
+    assert change_by_step(np.sqrt(hover), unknowns, {"hover_time_s": 0.0}) == 0.0  # No finite slope
+    assert change_by_step(np.spacing(hover), unknowns, at) == 0.0  # No known slope

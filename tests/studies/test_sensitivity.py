@@ -217,7 +217,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
         mission = mission.replace(SLOW) if name == "matrice350" else mission
         fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
         columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
-        kept = fixed.kept(Variants(build_network(mission), columns))
+        kept = fixed.conditions_held(Variants(build_network(mission), columns))
         assert kept["never dry"][0] == expected
         assert kept["never past full"][0] == expected
         for condition in ("legs and thrust", "link", "charge left", "deadline"):
@@ -238,7 +238,9 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
     }
     columns = Draws(mission, spreads(mission, stated), 40, 5, independent).values(0, 40)
     variants = Variants(build_network(mission), columns)
-    flyable = np.logical_and.reduce([*FixedPlan.of(plan, mission).kept(variants).values()])
+    flyable = np.logical_and.reduce(
+        [*FixedPlan.of(plan, mission).conditions_held(variants).values()]
+    )
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
     for number in range(40):
         values = {key: float(column[number]) for key, column in columns.items()}

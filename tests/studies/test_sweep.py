@@ -174,7 +174,7 @@ def test_any_rows_are_those_of_the_whole(
     rows = [*itertools.product(*values)]
     count = min(count, max(1, len(rows) - first))
     first = min(first, len(rows) - count)
-    found = read_plan(file).scenarios.stated(first, count)
+    found = read_plan(file).scenarios.values_by_key(first, count)
     assert [*zip(*found.values(), strict=True)] == rows[first : first + count]
 
 
@@ -184,7 +184,7 @@ def test_no_row_needs_those_before_it(tmp_path: Path) -> None:
     text += "grid.limits.deadline_s = { low = 600, high = 1200, count = 100 }"
     whole = read_plan(study(tmp_path, text + "\nscenarios_per_part = 1_000_000")).scenarios
     assert whole.count == 10**9
-    last = whole.stated(10**9 - 2, 2)
+    last = whole.values_by_key(10**9 - 2, 2)
     assert last["limits.deadline_s"][1] == 1200.0
     assert last["body.mass_kg"][0] == last["body.mass_kg"][1]
 

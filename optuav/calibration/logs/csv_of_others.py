@@ -110,7 +110,7 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
 def _has_unit(heading: str) -> bool:
     """Return whether a heading ends in a unit, as those of optuav do."""
     _, line, unit = heading.rpartition("_")
-    return bool(line) and any(unit in units for units in csv.UNITS.values())
+    return bool(line) and any(unit in units for units in csv.SIZES_OF_UNITS.values())
 
 
 def _unknown_units(
