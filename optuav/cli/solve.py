@@ -151,9 +151,9 @@ def audit(
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
     if plot is not None:
-        from optuav.plots.files import FORMATS
+        from optuav.plots.files import SEVERAL
 
-        check_places(plot, None, *FORMATS, file_only="--plot")
+        check_places(plot, None, *SEVERAL, file_only="--plot")
     faults = list[Fault]()
     with collected(faults):
         judged = optuav.audit(plan, drone)

@@ -185,9 +185,7 @@ def test_one_map_is_drawn_on_given_axes_and_several_are_refused() -> None:
     maps = optuav.batch("paper", grid, perspective=["battery", "available"])
     panels = optuav.batch("paper", {**grid, "limits.min_soc": [0.1, 0.2]})
     for several in (maps, panels):
-        with pytest.raises(
-            InputError, match=r"ax: must be left out: .* several pictures"
-        ):
+        with pytest.raises(InputError, match=r"ax: must be left out: .* several pictures"):
             plots.swept(several, ax=left)
     assert not left.has_data()
 
