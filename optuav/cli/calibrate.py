@@ -133,7 +133,7 @@ def _draw(fit: Fit, directory: Path) -> list[Path]:
     for number, log in enumerate(fit.logs, start=1):
         name = f"log-{number}.png" if len(fit.logs) > 1 else "log.png"
         pictures.append((name, plots.flight_log(log)[0]))
-    return plots.save_figures(pictures, directory)
+    return plots.files.save_everywhere(pictures, directory)
 
 
 def _hover(fit: Fit, mission: Mission) -> dict[str, float] | str | None:

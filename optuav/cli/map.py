@@ -46,10 +46,11 @@ def map(
     if out.save is not None:
         written.append(maps.save(found.labelled(), out.save))
     if out.plot is not None:
-        from optuav.plots import hover_map, save_figures
+        from optuav.plots import hover_map
+        from optuav.plots.files import save_everywhere
 
         pictures = [(f"{over}.png", hover_map(moved, found.labelled()))]
-        written += save_figures(pictures, out.plot)
+        written += save_everywhere(pictures, out.plot)
     deliver(lambda: to_dict(found), blocks(found), as_json=out.as_json, written=written)
     if "best_m" not in found.facts:
         raise typer.Exit(NO)

@@ -9,7 +9,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -114,8 +114,9 @@ def deliver(
     say(shown if isinstance(shown, str) else as_text(shown), most=None)
     if hint:
         say(hint, most=None)
-    for path in written:
-        say(f"wrote {path}", "dim", most=None)
+    for (folder, stem), paths in groupby(written, lambda path: (path.parent, path.stem)):
+        endings = ", ".join(path.suffix for path in paths)
+        say(f"wrote {folder / stem}{endings}", "dim", most=None)
 
 
 @contextmanager

@@ -73,9 +73,10 @@ def place(
     if save_missions is not None:
         written += placed.save_missions(save_missions)
     if plot is not None:
-        from optuav.plots import save_figures, sites
+        from optuav.plots import sites
+        from optuav.plots.files import save_everywhere
 
-        written += save_figures([("sites.png", sites(placed))], plot)
+        written += save_everywhere([("sites", sites(placed))], plot)
     deliver(placed.to_dict, str(placed), as_json=as_json, written=written)
     if not placed.selection.sites:
         raise typer.Exit(NO)

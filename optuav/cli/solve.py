@@ -150,7 +150,10 @@ def audit(
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
-    check_places(plot, None, ".png", file_only="--plot")
+    if plot is not None:
+        from optuav.plots.files import SEVERAL
+
+        check_places(plot, None, *SEVERAL, file_only="--plot")
     faults = list[Fault]()
     with collected(faults):
         judged = optuav.audit(plan, drone)

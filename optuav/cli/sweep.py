@@ -33,6 +33,7 @@ def sweep(
     if plot is not None:
         from optuav import plots
 
-        written = plots.save_figures(plots.swept(open_sweep(done.directory)), plot)
+        drawn = plots.swept(open_sweep(done.directory))
+        written = plots.files.save_everywhere(drawn, plot)
     more = {"pictures": [str(path) for path in written], "elapsed_s": round(took_s, 3)}
     deliver(lambda: done.to_dict() | more, done.blocks(), as_json=as_json, written=written)

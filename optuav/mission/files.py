@@ -48,6 +48,9 @@ NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Flags 
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """Mark in the first bytes of our files; or else in their first line, if it is so long."""
 PARQUET = b"PAR1"
+XML = b"<?xml"  # Of a first line that all files of a kind have
+PDF, PDF_END = b"%PDF", 16_384
+"""Beginning of a PDF, and bytes at its end that hold its creator and the table of its objects."""
 
 PLACED = re.compile(r"(.*) \(at (line \d+, column \d+|end of document)\)", re.DOTALL)
 SYNTAX = {
@@ -310,8 +313,12 @@ def check_place(path: Path, content: bytes | None = None) -> None:
                 file.seek(end)
                 file.seek(max(0, end - int.from_bytes(file.read(4), "little")))
                 head += file.read()
+            elif head.startswith(PDF):  # Its creator is near its end
+                file.seek(max(0, path.stat().st_size - PDF_END))
+                head += file.read()
     start = (content or b"").partition(b"\n")[0]
-    if MARK not in head and not (len(start) >= LEAST_START and head.startswith(start)):
+    telling = len(start) >= LEAST_START and not start.startswith(XML)
+    if MARK not in head and not (telling and head.startswith(start)):
         words = "is not from optuav and stays; name another file, or give --force to replace it"
         raise refusal(path, words)
 

@@ -17,11 +17,11 @@ from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.distribution import distribution
 from optuav.plots.files import save, save_figures, save_pictures
 from optuav.plots.fleets import Turn, fleet_turns
-from optuav.plots.heat import swept
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
+from optuav.plots.sweeps import swept
 
 __all__ = [
     "Bar",

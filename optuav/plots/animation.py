@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from PIL import Image, ImageColor
 
 from optuav.judge import Itinerary, Replay, replay
@@ -17,7 +18,7 @@ from optuav.mission.messages import path_of
 from optuav.network.map_extent import scene
 from optuav.plan import Plan, Stop
 from optuav.plan.display import LACKING
-from optuav.plots import style
+from optuav.plots import signs, style
 from optuav.plots.charge import draw_wells
 from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_labels
 from optuav.plots.profiles import timed
@@ -83,8 +84,8 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
         still = canvas.copy_from_bbox(figure.bbox)
         left.set_autoscale_on(False)
         (trail,) = left.plot([], [], color=BLUE, linewidth=1.6)
-        (beam,) = left.plot([], [], color=LASER, linewidth=1.6)
-        (craft,) = left.plot([], [], "o", markersize=8, markeredgecolor="white")
+        (beam,) = left.plot([], [], **style.limit("laser"))
+        (craft,) = left.plot([], [], **signs.look("drone"))
         veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
         (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
         clock = left.set_title("", y=1.0)
@@ -97,10 +98,10 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             beam.set_data(*np.array([laser.position_m[:2], here]).T if laser and lit else ([], []))
             past = [words for words, event in events if event.time_s <= moment_s]
             craft.set_data(here[:1], here[1:])
-            craft.set_markerfacecolor(LACKING if past else BLACK)
+            craft.set_markeredgecolor(LACKING if past else BLACK)
             veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
             now.set_data([moment_s, moment_s], right.get_ylim())
-            clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
+            clock.set_text(style.titled(name, trace.kind[at], f"$t$ = {moment_s:.0f} s"))
             verdict.set_text(", ".join(past[:2]))
             canvas.restore_region(still)
             for artist in (trail, beam, craft, veil, now, clock, verdict):
@@ -135,7 +136,7 @@ def _still(replayed: Replay) -> Figure:
     draw_plan_view(left, view, [way])
     arrows = draw_from_above(left, view, [way])
     style.group_thousands(left, right)
-    beam = style.entry("power from the laser", LASER, 1.6)
+    beam = Line2D([], [], label="power from the laser", **style.limit("laser"))
     entries = [beam, *bands, *style.swatches(trace.kind)]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
     style.settle(left)

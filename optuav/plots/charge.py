@@ -72,18 +72,18 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     >>> plan = optuav.solve("paper", "P3", perspective="battery")
     >>> (ax,) = optuav.plots.wells([plan])
     >>> ax.get_title(loc="left")
-    'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
+    'paper: hover $Δ$ = 688.85 s, cannot be flown, perspective battery'
     """
     plans = load_plans(plans)
     axes = _panels(plans, 2.0, figure)
     replays = [replay(plan) for plan in plans]
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         drawn = draw_wells(ax, replayed)
-        title = f"{style.drawable(plan.mission.name)}, perspective {plan.perspective}: "
-        title += f"hover $Δ$ = {plan.hover_time_s:.2f} s"
-        title += f", rest $T'$ = {plan.rest_time_s:.2f} s" * (plan.rest_time_s > 0.0)
-        title += ", cannot be flown" * (not replayed.flyable)
-        ax.set_title(title, pad=style.NAMES_PT)
+        words = [f"hover $Δ$ = {plan.hover_time_s:.2f} s"]
+        words += [f"rest $T'$ = {plan.rest_time_s:.2f} s"] * (plan.rest_time_s > 0.0)
+        words += ["cannot be flown"] * (not replayed.flyable)
+        words.append(style.perspective(plan.perspective))
+        ax.set_title(style.titled(plan.mission.name, *words), pad=style.NAMES_PT)
     style.group_thousands(*axes)
     ends = [plan.runs_dry_s for plan in plans], [plan.overfull_s for plan in plans]
     hatched = [any(moment_s is not None for moment_s in moments) for moments in ends]
@@ -211,7 +211,7 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     >>> mission = optuav.load("paper").replace({"battery.schedule": "sequential"})
     >>> (ax,) = optuav.plots.packs([optuav.solve(mission, "P3", slot_s=50.0)])
     >>> ax.get_title(loc="left")
-    'sequential: hovers $Δ$ = 500.00 s'
+    'paper: schedule sequential, hover $Δ$ = 500.00 s'
     """
     plans = load_plans(plans)
     axes = _panels(plans, 1.35, figure)
@@ -253,9 +253,10 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
     for (low, height), words in ((FLIES, "flies"), (CHARGED, "charged")):
         ax.text(-0.008, low + 0.5 * height, words, fontsize=6.0, **beside)
-    turn = f", every {battery.period_s:g} s" if battery.period_s else ""
-    title = f"{battery.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s"
-    ax.set_title(title + ", cannot be flown" * (not replayed.flyable))
+    turn = f" every {battery.period_s:g} s" if battery.period_s else ""
+    heading = [f"schedule {battery.schedule}{turn}", f"hover $Δ$ = {plan.hover_time_s:.2f} s"]
+    heading += ["cannot be flown"] * (not replayed.flyable)
+    ax.set_title(style.titled(plan.mission.name, *heading))
 
 
 def _colour(number: int) -> str:

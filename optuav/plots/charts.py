@@ -1,9 +1,9 @@
-"""Bars by group, curves, waterfalls of power, swings of keys, and spreads of hover times."""
+"""Bars by group, curves, and waterfalls of power."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import cycle, pairwise
 from textwrap import fill
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans
 from optuav.errors import InputError, refuse
 from optuav.looks import LOOKS
 from optuav.mission.messages import several, unknown
@@ -46,12 +46,8 @@ RIMS = {
 """Rims of the lines of wells, each in the colour of the other, as one is pale and one dark."""
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
-MOST_KEYS, LONGEST_KEY = 20, 40
-KEY_IN, AROUND_IN = 0.24, 1.5  # Height of a key in a tornado, and of what surrounds them [inch]
-LEAST_ROOM = 0.12  # Share of the bars' reach that is left on either side of them
-TIP_PT = 2.0  # Distance of words from the tip of their bar
-MOVES_S = 5e-3  # Least swing that has a bar [s]
-BINS = 60
+WIDTHS = (1.4, 0.6, 4.0)  # Of the last line, more of each before it that others lie on, and at most
+SAME = 4e-3  # Share of the axis by which two lines that look alike differ at most
 WORDS_WIDTH = 10  # Letters in a line below a station
 
 
@@ -218,6 +214,9 @@ def curves(
 ) -> Axes:
     """Draw curves over one quantity.
 
+    Where lines lie on each other the first are the widest, so that all are seen; a line that lies
+    wholly on another says so in the legend.
+
     Parameters
     ----------
     lines
@@ -256,14 +255,18 @@ def curves(
     if not (y_from_zero or np.isfinite(values).any()):
         raise InputError("there is nothing to draw: no line has a finite value")
     ax = ax or style.page(4.0).subplots()
-    for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
-        (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
-        curve.set(label=line.label, marker=line.marker, markersize=4.0)
+    known = values[np.isfinite(values)].tolist()
+    widths, labels = _apart(lines, max(known, default=0.0) - min(known, default=0.0))
+    looks = zip(lines, widths, labels, cycle(LINES), cycle(DASHES), strict=False)
+    for line, width, label, colour, dashes in looks:
+        look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width, "zorder": 3}
+        (curve,) = ax.plot(line.x, line.y, **look)
+        curve.set(label=label, marker=line.marker, markersize=2.6 + width)
         if line.well:
             curve.set(color=LOOKS[line.well].light, path_effects=RIMS[line.well])
         x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
         ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
-    low, high = style.margins(values[np.isfinite(values)].tolist() + [0.0] * y_from_zero)
+    low, high = style.margins(known + [0.0] * y_from_zero)
     low = max(low, 0.0) if y_from_zero else low
     ax.set_ylim(low, high + ROOM_ABOVE * (high - low) * bool(marks))
     rows = -(-len(lines) // COLUMNS)
@@ -274,6 +277,7 @@ def curves(
     for mark in marks:
         ax.axvline(mark.at, color=DARK, linewidth=0.9, linestyle=style.DOTTED)
     style.settle(ax)
+    style.thin_ticks(ax)
     left, right = ax.get_xlim()
     for number, (at, words) in enumerate(marks):  # on the side with more room, in two rows
         to_left = at - left > right - at
@@ -281,6 +285,32 @@ def curves(
         fraction = ("data", "axes fraction")
         style.beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=DARK)
     return ax
+
+
+def _apart(lines: Sequence[Line], span: float) -> tuple[list[float], list[str]]:
+    """Widths of lines [pt] that tell those that lie on each other, and their labels.
+
+    Values reach over a span.
+    """
+    last, step, most = WIDTHS
+    labels, shared = [line.label for line in lines], False
+    for number, line in enumerate(lines):
+        for earlier in lines[:number]:
+            near = _near(line, earlier, SAME * span)
+            shared |= bool((near[1:] & near[:-1]).any())
+            if len(near) > 1 and near.all() and labels[number] == line.label:
+                labels[number] = f"{line.label}, as {earlier.label}"
+    step = min(step, (most - last) / max(1, len(lines) - 1)) if shared else 0.0
+    return [last + step * k for k in reversed(range(len(lines)))], labels
+
+
+def _near(one: Line, other: Line, most: float) -> Booleans:
+    """Where two lines over the same values differ by so little; nowhere if over others."""
+    (x, y), (other_x, other_y) = (np.asarray(each[1:3], dtype=float) for each in (one, other))
+    if not np.array_equal(x, other_x):
+        return np.zeros(0, dtype=bool)
+    near: Booleans = np.isclose(y, other_y, rtol=0.0, atol=most, equal_nan=True)
+    return near
 
 
 @style.applied()
@@ -309,93 +339,5 @@ def waterfall(
     kinds = {"light": LASER, "electric": GREEN}
     patches = [Patch(color=colour, label=name) for name, colour in kinds.items()]
     style.legend_above(ax, 3, [*patches, Patch(label="lost before", **lost)])
-    style.settle(ax)
-    return ax
-
-
-@style.applied()
-def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str) -> Axes:
-    """Draw a bar for each row of the largest effects, the largest first, and how many more."""
-    moving = [row for row in rows if row["swing_s"] > MOVES_S]
-    shown = moving[:MOST_KEYS]
-    ends_s = [row[end] for row in shown for end in ("hover_low_s", "hover_high_s")]
-    ax = style.page(AROUND_IN + KEY_IN * (1 + max(1, len(shown)))).subplots()
-    known_s = [hover_time_s, *(s for s in ends_s if s is not None)]
-    limits = style.margins(known_s, LEAST_ROOM)
-    ax.set(xlim=limits, ylim=(len(shown) + 0.6, -0.6))  # the last row is the legend's
-    for at, row in enumerate(shown):
-        _draw_swing(ax, at, hover_time_s, row)
-    ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
-    keys = (row["key"] for row in shown)
-    short = [key if len(key) <= LONGEST_KEY else f"{key[: LONGEST_KEY - 1]}…" for key in keys]
-    ax.set_yticks(range(len(shown)), short)
-    ax.tick_params(axis="y", length=0.0)
-    more = f"; {len(moving) - len(shown)} more keys move it less" if moving != shown else ""
-    ax.set_xlabel(f"longest hover Δ [s]{more}")
-    ax.set_title(f"{style.drawable(mission)}: one key at a time, at the values beside the bars")
-    ends = (("key at its low end", ORANGE), ("key at its high end", BLUE))
-    handles = [Patch(label=words, color=colour, linewidth=0.0) for words, colour in ends]
-    ax.legend(handles=handles, loc="lower right", ncols=2)
-    ax.xaxis.grid(True, linewidth=0.3, color=GREY)
-    style.settle(ax)
-    gap = 4.0 * TIP_PT * style.root(ax).dpi / style.POINTS_PER_INCH
-    widest = max((gap + text.get_window_extent().width for text in ax.texts), default=0.0)
-    share = widest / ax.get_window_extent().width  # Share of the axes on either side of the bars
-    ax.set_xlim(style.margins(known_s, max(LEAST_ROOM, share / (1.0 - 2.0 * share))))
-    style.settle(ax)
-    return ax
-
-
-def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any]) -> None:
-    """Draw both ends of a key, the shorter bar before the longer, with the values at their tips.
-
-    An end without a plan is an empty bar to the edge of the picture.
-    """
-    low_s, high_s = ax.get_xlim()
-    beyond_s = low_s - (high_s - low_s)  # the edge, wherever it will be
-    own: style.Look = {"left": hover_time_s, "height": 0.7, "linewidth": 0.0}
-    tips: dict[bool, dict[str, float]] = {False: {}, True: {}}  # by whether the hover is longer
-    for end, colour in (("low", ORANGE), ("high", BLUE)):
-        at, end_s = swing[end], swing[f"hover_{end}_s"]
-        # In four digits, without an exponent where it is short enough.
-        words = style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}")
-        change_s = (beyond_s if end_s is None else end_s) - hover_time_s
-        (bar,) = ax.barh(row, change_s, color=colour, zorder=1.0 - 1e-6 * abs(change_s), **own)
-        if end_s is None:
-            bar.set(fill=False, hatch="////", edgecolor=colour, linewidth=0.5)
-            backing = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-            shown: style.Look = {"va": "center", "fontsize": 6.5, "bbox": backing}
-            at_edge = ("axes fraction", "data")
-            ax.annotate(f" {words}: no plan", (0.0, row), xycoords=at_edge, **shown)
-        elif abs(change_s) > MOVES_S:
-            tips[change_s > 0.0][words] = end_s
-    for longer, beyond in tips.items():
-        if beyond:
-            tip = ((max if longer else min)(beyond.values()), float(row))
-            offset_pt = (TIP_PT if longer else -TIP_PT, 0.0)
-            style.beside(ax, " and ".join(beyond), tip, offset_pt, fontsize=6.5)
-
-
-@style.applied()
-def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) -> Axes:
-    """Draw the spread of the longest hover [s], 0 without a plan, and of a fixed plan [s]."""
-    planned = times_s[times_s > 0.0]
-    low_s, middle_s, high_s = np.quantile(times_s, (0.05, 0.5, 0.95)).tolist()
-    ax = style.page(3.4).subplots()
-    values = planned if len(planned) else np.zeros(1)
-    weights = np.full(len(values), 100.0 / len(times_s))
-    ax.hist(values, bins=BINS, weights=weights, color=GREEN, linewidth=0.0)
-    ax.axvspan(low_s, high_s, color=GREEN, alpha=0.15, linewidth=0.0)
-    ax.set_xlim(left=values.min())
-    ax.axvline(middle_s, color=BLACK, linewidth=1.0)
-    words = [f"median {middle_s:.0f} s", f"90 % within {low_s:.0f} to {high_s:.0f} s"]
-    if fixed_s is not None:
-        ax.axvline(fixed_s, color=DARK, linewidth=1.2, linestyle="--")
-        words.append(f"fixed plan {fixed_s:.0f} s (dashed)")
-    if len(planned) < len(times_s):
-        words.append(f"no plan in {percent(1.0 - len(planned) / len(times_s))}")
-    ax.set(xlabel="longest hover Δ [s]", ylabel="share of samples [%]")
-    ax.set_title(f"{style.drawable(mission)}: {', '.join(words)}")
-    style.group_thousands(ax)
     style.settle(ax)
     return ax

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
-from optuav.mission.messages import unknown
+from optuav.mission.messages import plural, unknown
 from optuav.plots import style
 from optuav.plots.charts import DASHES, LINES
-from optuav.plots.heat import InDirectory, answered
+from optuav.plots.sweeps import InDirectory, answered
+from optuav.plots.uncertainty import draw_without_plan
 
 if TYPE_CHECKING:
     import xarray
@@ -32,8 +34,8 @@ def distribution(
 ) -> Sequence[Axes]:
     """Draw the histogram and the cumulative distribution of a variable over all scenarios.
 
-    Perspectives are lines of their own. Shares refer to all scenarios: where some have no plan,
-    the legend says how many, and the curve ends below 100 %.
+    Perspectives are lines of their own. Shares refer to all scenarios: those without a plan are a
+    bar at the left, and the cumulative distribution begins with them.
 
     Parameters
     ----------
@@ -78,23 +80,33 @@ def distribution(
     edges = np.histogram_bin_edges(values.to_numpy()[values.notnull().to_numpy()], bins)
     # The first are the widest, so that they are seen beneath others.
     widths = np.linspace(1.2 + 0.7 * (len(names) - 1), 1.2, len(names)).tolist()
+    planned, looks = list[Floats](), list[style.Look]()
     for name, width, colour, dashes in zip(names, widths, cycle(LINES), cycle(DASHES)):
         row = values.sel(perspective=name).to_numpy().ravel()
         there = np.sort(row[np.isfinite(row)])
         none = f": no plan in {len(row) - len(there)} of {len(row)}" * (len(there) < len(row))
         look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width}
         look["label"] = f"{name}{none}"
-        share = 100.0 / len(row)
-        histogram.stairs(share * np.histogram(there, edges)[0], edges, **look)
+        histogram.stairs(100.0 / len(row) * np.histogram(there, edges)[0], edges, **look)
+        planned.append(there)
+        looks.append(look)
+    count, begin = len(row), None
+    without = [1.0 - len(there) / count for there in planned]
+    if any(without):
+        shares = [(share, look["color"]) for share, look in zip(without, looks, strict=True)]
+        begin = draw_without_plan(histogram, shares, (edges[0], edges[-1]))
+    for there, none_share, look in zip(planned, without, looks, strict=True):
         if len(there):
-            upto = share * np.arange(len(there) + 1)
-            cumulative.step([there[0], *there], upto, where="post", **look)
+            upto = 100.0 * (none_share + np.arange(len(there) + 1) / count)
+            at = [there[0] if begin is None else begin, *there]
+            cumulative.step(at, upto, where="post", **look)
     histogram.set(ylabel="share of scenarios [%]", ylim=(0.0, None))
-    cumulative.set(ylabel="share up to a value [%]", ylim=(0.0, 104.0))
+    least = ", or no plan" * any(without)
+    cumulative.set(ylabel=f"share up to a value{least} [%]", ylim=(0.0, 104.0))
     cumulative.set(xlabel=f"{values.attrs['long_name']} [{values.attrs['units']}]")
     rows = -(-len(names) // 2)
-    town = style.drawable(found.attrs["mission"])
-    histogram.set_title(f"{town}: {len(row)} scenarios", pad=4.0 + 14.0 * rows)
+    words = f"{values.attrs['long_name']} in {plural(count, 'scenario')}"
+    histogram.set_title(style.titled(found.attrs["mission"], words), pad=4.0 + 14.0 * rows)
     style.legend_above(histogram, min(2, len(names)))
     for ax in axes:
         ax.yaxis.grid(True, linewidth=0.4, color=style.PALE)

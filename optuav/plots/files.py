@@ -27,16 +27,17 @@ FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
 }
 """Origin stated in a file, by suffix: matplotlib's formats that need
 no other program, can show transparent colours, and hold no date."""
+SEVERAL = (".png", ".svg", ".pdf")  # Formats for screens, for pages and editors, and for print
 
 
 def save_pictures(
     subject: Plan | Mission | str | Path, directory: str | Path, beside: Plans = ()
 ) -> list[Path]:
-    """Write the pictures of a plan as PNG files; the same plan gives the same bytes.
+    """Write the pictures of a plan as PNG, SVG and PDF; the same plan gives the same bytes.
 
-    ``map.png``; ``wells.png``, or ``packs.png`` where packs take turns; and ``leg.png`` of the
-    first leg that the flight model describes; and pictures of your own, see `optuav.register`. Only
-    the map without a plan.
+    ``map.png``, ``map.svg`` and ``map.pdf``; in the same formats ``wells``, or ``packs`` where
+    packs take turns; ``leg`` of the first leg that the flight model describes; and pictures of your
+    own, see `optuav.register`. Only the map without a plan.
 
     Parameters
     ----------
@@ -63,21 +64,27 @@ def save_pictures(
     >>> late = optuav.load("paper").replace({"limits.deadline_s": 10.0})
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     [path.name for path in optuav.plots.save_pictures(optuav.solve(late), folder)]
-    ['map.png']
+    ['map.png', 'map.svg', 'map.pdf']
     """
     subject, others = load_subject(subject), load_plans(beside, "beside", 0)
-    drawn = {"map.png": mission_map(subject).plan}
+    drawn = {"map": mission_map(subject).plan}
     if isinstance(subject, Plan) and subject:
         if subject.mission.battery.takes_turns:
-            drawn["packs.png"] = packs([subject])[0]
+            drawn["packs"] = packs([subject])[0]
         else:
             more = [other for other in others if not _alike(subject, other)]
-            drawn["wells.png"] = wells([subject, *more])[0]
+            drawn["wells"] = wells([subject, *more])[0]
         if first := modelled_leg(subject):
-            drawn["leg.png"] = leg(subject.mission, first.start_place, first.end_place).speed
+            drawn["leg"] = leg(subject.mission, first.start_place, first.end_place).speed
         for name, picture in PICTURES.items():
-            drawn[f"{name}.png"] = of_kind(name, _axes(picture(subject)), Axes, AXES)
-    return save_figures(drawn, directory)
+            drawn[name] = of_kind(name, _axes(picture(subject)), Axes, AXES)
+    return save_everywhere(drawn.items(), directory)
+
+
+def save_everywhere(drawn: Iterable[tuple[str, Axes]], directory: str | Path) -> list[Path]:
+    """Write the figures of axes under names, of which endings are dropped, in several formats."""
+    named = ((f"{Path(name).stem}{ending}", axes) for name, axes in drawn for ending in SEVERAL)
+    return save_figures(named, directory)
 
 
 def _alike(one: Plan, other: Plan) -> bool:

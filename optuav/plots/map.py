@@ -22,15 +22,15 @@ from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import InputError
-from optuav.looks import PHASES
+from optuav.looks import LOOKS
 from optuav.mission import Mission
 from optuav.mission.messages import of_kind
 from optuav.network.map_extent import Scene, scene
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.plan import Plan, Stop, load_plan, load_subject
 from optuav.plan.data import Waypoints
-from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY, Look
+from optuav.plots import signs, style
+from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE, PINK, SKY, Look
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",
@@ -47,10 +47,10 @@ SHIFT = 2.0  # Distance between legs that would lie on each other [pt]
 ARROW_AT, ARROW_STEP = 0.56, 0.05
 """Place of a leg's arrow: past the middle, so that there and back do not meet; and how
 much farther its neighbour does."""
-MARKERS = {"hover": "o", "rest": "s"}
+SPARSE: LineStyleType = (0.0, (1.0, 4.0))  # Dots of a line of sight that is blocked
 FAR = 100.0  # Most sizes of the map for drawing a rim: one far off has billions of pieces
 FEW = 30  # Most buildings for drawing all sight lines and the points on roofs
-MOST_NAMED = 400  # Most buildings for naming those off the route where there is room
+MOST_NAMED = 400  # Most buildings whose walls labels avoid, and that have names without a plan
 
 
 class MapAxes(NamedTuple):
@@ -146,13 +146,15 @@ def mission_map(
     entries = [Line2D([], [], label="direct route (no plan)", **look)]
     by: Waypoints = ((),) * (len(names) - 1)
     if isinstance(subject, Plan):
-        words = (subject.problem, subject.trajectory, subject.perspective)
-        title += f": {', '.join(style.drawable(word) for word in words if word)}"
+        words = [f"plan by {style.drawable(subject.problem)}"]
+        words += [style.drawable(subject.trajectory)] if subject.trajectory else []
+        words.append(style.perspective(subject.perspective))
+        title = style.titled(title, *words)
         if subject:
             names, stops, look = subject.route, subject.stops, {"color": BLUE}
             by, entries = subject.waypoints_m, [*_plan_entries(subject, look)]
         else:
-            title += f": no plan ({subject.status.value})"
+            title += f", no plan ({subject.status.value})"
             reasons = (reason.replace("$", r"\$") for reason in subject.reasons[:3])
             why = "\n".join(textwrap.fill(reason, 60) for reason in reasons)
     way = Way.bent(names, shown.positions(names), by, stops, look)
@@ -190,7 +192,7 @@ def trajectories(
     >>> import optuav
     >>> plans = {"direct": optuav.solve("paper", "P3"), "optimal": optuav.solve("paper")}
     >>> optuav.plots.trajectories(plans).plan.get_title(loc="left")
-    'paper: trajectories in the perspective available'
+    'paper: trajectories, perspective available'
     """
     if not of_kind("plans", plans, Mapping, "plans by name, in a dict"):
         raise InputError("a map of trajectories needs at least one plan")
@@ -213,8 +215,8 @@ def trajectories(
         else:
             label += f": no plan ({plan.status.value})"
         entries.append(Line2D([], [], label=label, **look))
-    perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in known.values()))
-    title = f"{style.drawable(shown.mission.name)}: trajectories in the perspective {perspectives}"
+    perspectives = dict.fromkeys(plan.perspective for plan in known.values())
+    title = style.titled(shown.mission.name, "trajectories", style.perspective(*perspectives))
     return _draw(shown, ways, entries, title, times=False, figure=figure)
 
 
@@ -271,12 +273,11 @@ def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
     kinds = (("hover", "Δ", plan.hover_time_s), ("rest", "$T'$", plan.rest_time_s))
     for kind, symbol, total_s in kinds:
         if any(stop.kind == kind for stop in plan.stops):
-            stay: Look = {**stop_look(kind, True), "linestyle": ""}
-            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **stay)
+            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **signs.look(kind))
 
 
 def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style.Label]:
-    """Places of the ways with their stops, then the scenery, buildings where there is room."""
+    """Places of the ways with their stops, then the scenery; roofs where nothing is planned."""
     stops = [stop for way in ways for stop in way.stops] if times else []
     labels = []
     for name, (x, y, _) in _places(shown, ways).items():
@@ -289,7 +290,9 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     scenery = [style.Label("device $\\mathbf{w}_u$", mission.link.device_m[:2])]
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
-    for building in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
+    # A plan names the roofs that it uses; without one, all names help to choose.
+    named = not any(way.stops for way in ways) and len(mission.buildings) <= MOST_NAMED
+    for building in mission.buildings if named else ():
         name, at = style.drawable(building.name), building.position_m[:2]
         scenery.append(style.Label(name, at, needed=False, colour=DARK, size=6.5))
     return labels + [label for label in scenery if tuple(label.at) not in written]
@@ -321,9 +324,8 @@ def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> list[Floats]
             before[leg] += 1
         for stop in way.stops:
             x, y, _ = at[str(stop.at)]
-            ax.plot(x, y, zorder=6, **stop_look(stop.kind, stop.duration_s > 0.0))
-    for x, y, _ in (at["origin"], at["destination"]):
-        ax.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
+            signs.put(ax, stop.kind, (x, y), hollow=stop.duration_s <= 0.0)
+    signs.put(ax, "end", [at["origin"], at["destination"]])
     return arrows
 
 
@@ -355,8 +357,8 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
         ax.plot(along_m, z, transform=raised, zorder=3, **way.look)
         for name, *at in zip(way.names, along_m, z, strict=True):
             for stop in (candidate for candidate in way.stops if candidate.at == name):
-                look = stop_look(stop.kind, stop.duration_s > 0.0)
-                ax.plot(*at, transform=raised, zorder=6, **look)
+                hollow = stop.duration_s <= 0.0
+                signs.put(ax, stop.kind, at, hollow=hollow, transform=raised)
         for low_m, high_m, roof_m in _buildings_along(shown, way):
             ax.add_patch(Rectangle((low_m, 0.0), high_m - low_m, roof_m, color=style.PALE, lw=0.8))
             highest_m = max(highest_m, roof_m)
@@ -401,29 +403,29 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
         ax.add_artist(disc)  # unlike a patch, it does not move the limits
         entries.append(disc)
     lines, sight = _sight(shown, ways)
+    light = style.limit("laser")
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
-        (False, DARK, (0.0, (2.0, 2.0)), "blocked sight line"),
-        (True, LASER, "-", "clear sight line of the laser"),
+        (False, LOOKS["muted"].light, SPARSE, "blocked sight line"),
+        (True, light["color"], light["linestyle"], "clear sight line of the laser"),
     )
     for clear, colour, dashes, words in looks:
         if (sight == clear).any():
-            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.6}
-            look |= {"alpha": 0.8, "zorder": 1.5}
+            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.8}
+            look["zorder"] = 1.5
             ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
-            entries.append(style.entry(words, colour, 0.9, dashes))
+            entries.append(style.entry(words, colour, 1.0, dashes))
     entries += draw_site(ax, shown, {"facecolor": style.PALE, "edgecolor": GREY})
     ax.set(xlabel="x [m]", ylabel="y [m]")
     return entries
 
 
-def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
+def draw_site(ax: Axes, shown: Scene, walls: Look, *, cased: bool = False) -> list[Artist]:
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
     mission, entries = shown.mission, draw_buildings(ax, shown, walls)
-    device: Look = {"color": GREEN, "markersize": 6, "zorder": 4, "label": "ground device"}
-    entries += ax.plot(*mission.link.device_m[:2], "^", **device)
+    above: Look = {"cased": cased, "zorder": 4}
+    entries += signs.put(ax, "device", mission.link.device_m, "ground device", **above)
     if mission.laser is not None:
-        source = mission.laser.position_m[:2]
-        entries += ax.plot(*source, "*", color=LASER, markersize=9, zorder=4, label="laser")
+        entries += signs.put(ax, "laser", mission.laser.position_m, "laser", **above)
     return entries
 
 
@@ -436,13 +438,5 @@ def draw_buildings(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     ax.add_collection(footprints, autolim=False)
     dotted = np.array([few or not len(ring) for ring in rings], dtype=bool)
     roofs_m = shown.places.position_m[shown.places.buildings][dotted]
-    ax.plot(*roofs_m[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
+    signs.put(ax, "roof", roofs_m, zorder=2.1)
     return [footprints] if rings else []
-
-
-def stop_look(kind: str, stays: bool) -> Look:
-    """The marker of a stop; hollow where the UAV passes by."""
-    colour = PHASES[kind]
-    fill, edge = (colour, "white") if stays else ("white", colour)
-    look: Look = {"marker": MARKERS[kind], "markersize": 6.0, "markeredgewidth": 0.8}
-    return {**look, "markerfacecolor": fill, "markeredgecolor": edge}

@@ -16,7 +16,7 @@ from optuav.mission.messages import of_kind, shown
 from optuav.modelling import Model, Variable
 from optuav.plan import Plans, load_plans
 from optuav.plan.plane import ROLES, Plane, constraint_name, kind_of, thinned
-from optuav.plots import style
+from optuav.plots import signs, style
 from optuav.plots.style import BLACK, drawable
 
 OWN = (style.PINK, style.SKY, style.DARK, style.GREEN)  # Colours of limits that have no role
@@ -101,15 +101,12 @@ def plane(
     handles = list(_draw_constraints(ax, drawn, route))
     handles += _draw_grid(ax, drawn, counted, slot_s)
     for plan, point in zip(known, points, strict=True):
-        marker, size, colour, words = "*", 11.0, style.YELLOW, "optimum"
-        if plan.slot_s is not None:
-            marker, size, colour = "s", 9.0, "none"
-            words = f"optimum in slots of {plan.slot_s:g} s"
-        (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
+        in_slots = plan.slot_s is not None
+        words = f"optimum in slots of {plan.slot_s:g} s" if in_slots else "optimum"
         times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"
         label = f"{words}\n{_set(times)}"
-        star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=label)
-        handles.append(star)
+        around: style.Look = {"markersize": 16.0, "markerfacecolor": "none"} if in_slots else {}
+        handles += signs.put(ax, "optimum", point, label, **around)
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
     style.settle(ax)
     return ax

@@ -11,6 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
+from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError
@@ -18,10 +19,10 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import plural, shown
 from optuav.network.map_extent import scene
 from optuav.network.places import HOVER
-from optuav.plots import style
+from optuav.plots import signs, style
 from optuav.plots.heat import LONGEST, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site
-from optuav.plots.style import BLACK, GREEN, GREY, LASER, ORANGE, PALE, PINK, SKY, YELLOW, Look
+from optuav.plots.style import BLACK, DARK, GREY, PALE, SKY, Look
 
 if TYPE_CHECKING:
     import xarray
@@ -31,8 +32,6 @@ MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m"
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
-BEST: Look = {"color": YELLOW, "markersize": 9.0, "markeredgecolor": BLACK, "zorder": 5}
-BEST |= {"markeredgewidth": 0.7, "clip_on": False}  # It may be at the edge
 LABELS_PT = 32.0  # Height of the labels below axes [pt]
 
 
@@ -66,7 +65,7 @@ def hover_map(
     >>> hovers = optuav.maps.laser("paper", 250)
     >>> ax = optuav.plots.hover_map(optuav.load("paper"), hovers)
     >>> ax.get_title(loc="left").splitlines()
-    ['paper, perspective available', 'laser anywhere at z = 50 m']
+    ['paper: longest hover, laser anywhere at z = 50 m,', 'perspective available']
     """
     mission = load(mission)
     moved = MOVED.get(getattr(found, "attrs", {}).get("over", ""))
@@ -75,19 +74,17 @@ def hover_map(
     found = found.sortby(["x", "y"]).transpose("y", "x")
     x, y, site = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
     ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
-    handles = draw_site(ax, site, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
-    points = [("D", "origin and destination", ["origin", "destination"])]
-    points += [("o", "hover point", ["hover"])] if site.places.exists[HOVER] else []
-    for marker, words, names in points:
-        at = site.positions(names)[:, :2].T
-        handles += ax.plot(*at, marker, markersize=4.5, zorder=4, label=words)
-    for handle in handles:
-        if isinstance(handle, Line2D):
-            handle.set(markerfacecolor="white", markeredgecolor=BLACK, markeredgewidth=0.7)
+    walls: Look = {"facecolor": "none", "edgecolor": BLACK, "zorder": 3}
+    handles = draw_site(ax, site, walls, cased=True)
+    points = [("end", "origin and destination", ["origin", "destination"])]
+    points += [("hover", "hover point", ["hover"])] if site.places.exists[HOVER] else []
+    for sign, words, names in points:
+        handles += signs.put(ax, sign, site.positions(names), words, cased=True, zorder=4)
     if (best_m := found.attrs.get("best_m")) is not None:
         words = f"best: {float(found.max()):.1f} s at ({best_m[0]:.10g}, {best_m[1]:.10g}) m"
         words += ", edge of the map" * (found.attrs["best_at"] == "edge")
-        handles += ax.plot(*best_m[:2], "X", label=style.minus(words), **BEST)
+        # It may be at the edge of the map
+        handles += signs.put(ax, "optimum", best_m, style.minus(words), clip_on=False)
     roofs_m = site.places.position_m[site.places.buildings, :2]
     box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
     handles = [handle for handle in handles if _reaches(handle, roofs_m, box)]
@@ -95,8 +92,9 @@ def hover_map(
         handles.append(without_value("no plan"))
     _legend_below(ax, handles)
     height_m = style.minus(f"{found.attrs['height_m']:.10g}")
-    title = f"{style.drawable(mission.name)}, perspective {found.attrs['perspective']}\n"
-    title += f"{moved} anywhere at z = {height_m} m"
+    rule = f"\n{style.perspective(found.attrs['perspective'])}"
+    places = f"{moved} anywhere at z = {height_m} m"
+    title = style.titled(mission.name, "longest hover", places, rule)
     return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)
 
 
@@ -158,26 +156,26 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     ax.set(xlim=x, ylim=y, xlabel="x [m]", ylabel="y [m]")
     handles = draw_buildings(ax, site, {"facecolor": PALE, "edgecolor": GREY})
     own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
-    drawn: tuple[tuple[str, str, Floats, str, float], ...] = (
-        ("-", "device and its laser", _lines(devices_m[served], own_m), SKY, 0.0),
-        ("-", "moved", _lines(chosen_m[moved], lasers_m[moved]), PINK, 0.0),
-        ("o", "candidate", candidates_m, ORANGE, 5.0),
-        ("s", "chosen", chosen_m, BLACK, 8.0),
-        ("*", "laser", lasers_m, LASER, 9.0),
-        ("^", "device", devices_m[served], GREEN, 6.0),
-        ("^", "device without a plan", devices_m[~served], GREEN, 6.0),
+    lines: tuple[tuple[str, Floats, str, LineStyleType], ...] = (
+        ("device and its laser", _lines(devices_m[served], own_m), SKY, "-"),
+        ("moved", _lines(chosen_m[moved], lasers_m[moved]), DARK, style.DOTTED),
     )
-    for marker, words, at_m, colour, size in drawn:
-        look: Look = {"color": colour, "markersize": size, "linewidth": 1.0, "label": words}
-        look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
-        handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
+    for words, at_m, colour, dashes in lines:
+        look: Look = {"color": colour, "linestyle": dashes, "linewidth": 1.0, "label": words}
+        handles += ax.plot(*at_m.T, **look) if len(at_m) else []
+    ring: Look = {"marker": "o", "markersize": 14.0, "linestyle": "", "markerfacecolor": "none"}
+    handles += signs.put(ax, "laser", candidates_m, "candidate", hollow=True, markersize=6.0)
+    ring |= {"markeredgecolor": DARK, "markeredgewidth": 0.9, "label": "selected"}
+    handles += ax.plot(*chosen_m.T, **ring) if len(chosen_m) else []
+    handles += signs.put(ax, "laser", lasers_m, "laser")
+    handles += signs.put(ax, "device", devices_m[served], "device")
+    handles += signs.put(ax, "device", devices_m[~served], "device without a plan", hollow=True)
     for number, at_m in zip(found.selection.sites, chosen_m, strict=True):
-        beside: Look = {"textcoords": "offset points", "xytext": (7.0, 5.0)}
-        ax.annotate(str(number), at_m, **beside)
+        style.beside(ax, str(number), tuple(at_m), (7.0, 5.0), fontsize=8.0)
     _legend_below(ax, handles)
     lasers = f"lasers on {len(chosen_m)} of {plural(len(candidates_m), 'candidate')}"
-    title = f"{style.drawable(found.missions[0].name)}: {lasers}"
-    ax.set_title(f"{title}, perspective {found.perspective}")
+    rule = style.perspective(found.perspective)
+    ax.set_title(style.titled(found.missions[0].name, lasers, rule))
     style.group_thousands(ax)
     style.settle(ax)
     return ax

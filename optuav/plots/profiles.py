@@ -84,7 +84,7 @@ def profile(
     >>> import optuav
     >>> replayed = optuav.replay(optuav.solve("paper", "P3"))
     >>> optuav.plots.profile(replayed).altitude.get_title(loc="left")
-    'paper: can be flown'
+    'paper: flight over time, can be flown'
     """
     replayed = replay(replayed)
     trace, mission = replayed.trace, replayed.mission
@@ -106,7 +106,8 @@ def profile(
     axes.power.set(ylabel="power into\nthe battery [W]", ylim=limits)
     axes.power.set(xlim=(0.0, time_s[-1] or 1.0), xlabel=style.TIME)
     verdict = "can be flown" if replayed.flyable else "cannot be flown"
-    axes.altitude.set_title(f"{style.drawable(mission.name)}: {verdict}", pad=style.NAMES_PT)
+    title = style.titled(mission.name, "flight over time", verdict)
+    axes.altitude.set_title(title, pad=style.NAMES_PT)
     entries = [style.entry("net power", BLACK), style.entry("from the laser", LASER, 1.0)]
     entries.append(style.entry("altitudes for hovering", GREY, 0.8, "--"))
     style.group_thousands(*axes)
@@ -203,9 +204,10 @@ def leg(
         _draw_attitude(axes.attitude, stages)
     _draw_current(axes.current, stages)
     ends = " → ".join(map(style.drawable, (start, end)))
-    heading = f"{style.drawable(mission.name)}: leg {ends}, {math.hypot(*way_m):.1f} m in"
+    flown = f"{math.hypot(*way_m):.1f} m in {duration_s:.2f} s"
     several = len(stages) > 1
-    axes.speed.set_title(f"{heading} {duration_s:.2f} s", pad=style.NAMES_PT if several else 6.0)
+    title = style.titled(mission.name, f"leg {ends}", flown)
+    axes.speed.set_title(title, pad=style.NAMES_PT if several else 6.0)
     axes.current.set(xlabel="time since the leg began $t$ [s]", xlim=(0.0, stages[-1].time_s[-1]))
     style.group_thousands(*grid)
     style.settle(axes.speed)

@@ -170,6 +170,19 @@ def image(figure: Figure, **options: Any) -> bytes:
     return content.getvalue()
 
 
+def titled(subject: str, *words: str) -> str:
+    """A title: what the picture is of, such as a mission, then what it shows, and by which rule.
+
+    Words that begin with a line break stand on a line of their own.
+    """
+    return f"{drawable(subject)}: {', '.join(words)}".replace(", \n", ",\n")
+
+
+def perspective(*names: str) -> str:
+    """One perspective or several as the last words of a title."""
+    return f"perspective{'s' * (len(names) > 1)} {' and '.join(names)}"
+
+
 def drawable(name: str) -> str:
     """A name as a picture shows it: not too long, no mathematics, only letters of the font."""
     short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"

@@ -185,7 +185,7 @@ class EndlessCycle(Result):
         if self.visit is None:
             return
         once = replay(self.plan)
-        title = f"Two periods of the endless cycle, {percent(self.share)} covered"
+        title = f"two periods of the endless cycle, {percent(self.share)} covered"
         yield "cycle.png", draw_wells(self, title, [(once, 0.0), (once, self.period_s)])
 
 

@@ -117,6 +117,7 @@ class EventRoster(Result):
     def pictures(self, begin: datetime | None = None) -> Pictures:
         """Yield a bar per drone, and below when one is on station; in clock times from a begin."""
         from optuav.plots.fleets import Turn, courses_drawn
+        from optuav.plots.style import titled
 
         out, _, back, *_ = self.plans[0].phases
         flight_s = out.duration_s + back.duration_s
@@ -125,8 +126,8 @@ class EventRoster(Result):
             for row in self.rows
         ]
         end_s = turns[-1].offset_s + turns[-1].round_s
-        words = f"{self.hours:g} h without a gap, {plural(self.drones, 'drone')}"
-        title = f"{words}: {printable(self.mission.name)}"
+        words = f"{self.hours:g} h without a gap", plural(self.drones, "drone")
+        title = titled(self.mission.name, *words)
         courses = [
             [turn for turn, row in zip(turns, self.rows, strict=True) if row["drone"] == number]
             for number in range(1, self.drones + 1)

@@ -140,13 +140,14 @@ class Fleet(Result):
     def pictures(self) -> Pictures:
         """Yield a bar per drone."""
         from optuav.plots.fleets import Turn, fleet_turns
+        from optuav.plots.style import titled
 
         turns = [
             Turn(row["offset_s"], row["flight_s"], row["hover_s"], row["rest_s"], row["wait_s"])
             for row in self.rows
         ]
         words = covering(self.asked_share, self.overlap_s)
-        title = f"{plural(self.drones, 'drone')} {words}: {printable(self.mission.name)}"
+        title = titled(self.mission.name, f"{plural(self.drones, 'drone')} {words}")
         yield "fleet.png", fleet_turns(turns, title=title)
 
 

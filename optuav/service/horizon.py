@@ -84,7 +84,7 @@ class Horizon(Result):
 
     def pictures(self) -> Pictures:
         """Yield both wells over the day."""
-        title = f"One drone for {self.hours:g} h"
+        title = f"one drone for {self.hours:g} h"
         yield "horizon.png", draw_wells(self, title, [(replay(self.itinerary), 0.0)])
 
 

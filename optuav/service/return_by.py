@@ -127,6 +127,7 @@ class ReturnTimes(Result):
     def pictures(self) -> Pictures:
         """Yield the margin of the rule at the landing over the moment of leaving, of two places."""
         from optuav.plots import Line, Mark, curves
+        from optuav.plots.style import titled
 
         if self.latest_s is None or not math.isfinite(self.latest_s):
             return
@@ -145,7 +146,7 @@ class ReturnTimes(Result):
             marks += [Mark(row["latest_s"], "")] if row["latest_s"] is not None else []
         ax = curves(
             lines,
-            title=f"When to leave the hover point: {printable(self.mission.name)}",
+            title=titled(self.mission.name, "charge left by the moment of leaving"),
             x_label="hover before leaving [s]",
             y_label="left at the landing above the limit [A s]",
             marks=marks,

@@ -130,12 +130,13 @@ class FleetSizes(Result):
         For an event, yield it by technology.
         """
         from optuav.plots import Bar, Line, bars, curves
+        from optuav.plots.style import titled
 
         what: Literal["drones", "cost"] = "drones" if self.prices is None else "cost"
         unit = "drones" if self.prices is None else "cost [currency of the prices]"
         if self.hours is not None:
             values: list[tuple[str, Any]] = [(row["technology"], row[what]) for row in self.rows]
-            title = f"Fleets for an event of {self.hours:g} h: {printable(self.mission.name)}"
+            title = titled(self.mission.name, f"{what} of fleets for an event of {self.hours:g} h")
             shown = [Bar(name.replace(", ", ",\n"), "", value) for name, value in values]
             yield "sizes.png", bars(shown, title=title, y_label=unit)
             return
@@ -158,7 +159,7 @@ class FleetSizes(Result):
             lines.append(steps("tether", {part: _tethers(part, price) for part in shares}))
         ax = curves(
             lines,
-            title=f"Fleets by what they cover{overlap}: {printable(self.mission.name)}",
+            title=titled(self.mission.name, f"{what} of fleets by what they cover{overlap}"),
             x_label="mean number of drones that hover",
             y_label=unit,
             y_from_zero=True,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
-from optuav.errors import printable
 from optuav.judge.replay import Replay
 from optuav.studies.results import Result
 
@@ -20,6 +19,7 @@ def draw_wells(result: Result, title: str, flights: Flights) -> Axes:
     """Draw how full both wells are over time."""
     from optuav.plots import Line, curves
     from optuav.plots.charts import WELLS
+    from optuav.plots.style import titled
 
     lines = list[Line]()
     for well in WELLS:
@@ -30,6 +30,6 @@ def draw_wells(result: Result, title: str, flights: Flights) -> Axes:
             hours += ((replay.trace.time_s + start_s) / 3600.0).tolist()
             percent += (100.0 * level_As / full_As).tolist()
         lines.append(Line(f"{well} well", hours, percent, well=well))
-    title = f"{title}: {printable(result.mission.name)}"
+    title = titled(result.mission.name, title)
     x_label, y_label = "time $t$ [h]", "charge of a full well [%]"
     return curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)

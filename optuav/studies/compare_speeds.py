@@ -10,7 +10,6 @@ import numpy as np
 
 from formulations.p1 import P1
 from optuav.arrays import Floats
-from optuav.errors import printable
 from optuav.mission import Mission
 from optuav.options import Perspective
 from optuav.plan import Plan
@@ -76,6 +75,7 @@ class SpeedComparison(Comparison):
         if self.route is None:
             return
         from optuav.plots import Line, Mark, curves
+        from optuav.plots.style import titled
 
         most_m_s = self.route.largest_m_s
         speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
@@ -90,7 +90,7 @@ class SpeedComparison(Comparison):
                 Line("all legs at one speed", speeds[flown], hovers_s[flown]),
                 Line("each leg at its best", at_best, [self.plan.hover_time_s] * len(at_best), "o"),
             ],
-            title=f"Hover over the speed of the legs: {printable(self.mission.name)}",
+            title=titled(self.mission.name, "hover by the speed of the legs"),
             x_label="ground speed $V$ [m/s]",
             y_label="hover time Δ [s]",
             marks=[Mark(float(x), f"{words}: {float(x):.1f} m/s") for words, x in named.items()],

@@ -167,8 +167,9 @@ class LinkBudget(Presented):
         """Draw the power at each station as a waterfall, and return the axes; needs matplotlib."""
         from optuav import plots  # noqa: F401 - says how to install matplotlib
         from optuav.plots.charts import waterfall
+        from optuav.plots.style import titled
 
-        title = f"From the laser to {self.place}, {self.distance_m:.4g} m away"
+        title = titled(self.place, "power from the laser", f"{self.distance_m:.4g} m away")
         return waterfall(self.stations(), title=title, ax=ax)
 
 

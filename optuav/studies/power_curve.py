@@ -119,12 +119,13 @@ class PowerCurve(Result):
     def pictures(self) -> Pictures:
         """Yield the power in level flight, with hover and the speeds that stand out."""
         from optuav.plots import Line, Mark, curves
+        from optuav.plots.style import titled
 
         hover = Line("hover, in the mission's wind", [0.0], [self.hover_power_W], "o")
         named = {words: speed for words, (speed, _) in self.named.items()}
         ax = curves(
             [Line("level flight", self.speeds_m_s, self.rotor_power_W), hover],
-            title=f"Power over air speed: {printable(self.mission.name)}",
+            title=titled(self.mission.name, "power by air speed"),
             x_label="air speed $V$ [m/s]",
             y_label="power at the rotors $P$ [W]",
             marks=[Mark(speed, f"{words}: {speed:.1f} m/s") for words, speed in named.items()],

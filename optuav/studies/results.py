@@ -107,16 +107,18 @@ class Result(Presented):
         return Figures((name, root(axes)) for name, axes in self.pictures())
 
     def save_pictures(self, directory: str | Path) -> list[Path]:
-        """Write the pictures into a directory, made if it is missing, and return the files.
+        """Write the pictures as PNG, SVG and PDF into a directory, and return the files.
+
+        The directory is made if it is missing.
 
         Raises
         ------
         InputError
             If matplotlib is missing, or the directory cannot be made or written to.
         """
-        from optuav.plots import save_figures
+        from optuav.plots.files import save_everywhere
 
-        return save_figures(self.pictures(), directory)
+        return save_everywhere(self.pictures(), directory)
 
 
 class ComparedAnswer(TypedDict):

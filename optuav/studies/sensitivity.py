@@ -138,7 +138,7 @@ class Sensitivity(Result):
 
     def pictures(self) -> Pictures:
         """Yield a tornado of the keys, and how the hover times of the samples are spread."""
-        from optuav.plots.charts import hover_times, tornado
+        from optuav.plots.uncertainty import hover_times, tornado
 
         yield "tornado.png", tornado(self.rows, self.hover_time_s, self.mission.name)
         if self.chances is not None:

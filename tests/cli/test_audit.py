@@ -74,11 +74,12 @@ def test_unreadable_files_are_refused(itinerary: Path, tmp_path: Path) -> None:
 
 def test_picture(itinerary: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    target = tmp_path / "profile.png"
-    found = run("audit", str(itinerary), "--plot", str(target))
-    assert found.code == 0
-    assert target.read_bytes().startswith(b"\x89PNG")
-    assert f"wrote {target}" in found.out
+    for ending, begin in ((".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")):
+        target = tmp_path / f"profile{ending}"
+        found = run("audit", str(itinerary), "--plot", str(target))
+        assert found.code == 0
+        assert target.read_bytes().startswith(begin)
+        assert f"wrote {target}" in found.out
 
 
 def test_a_picture_under_another_ending_is_refused_before_the_work(
@@ -87,7 +88,7 @@ def test_a_picture_under_another_ending_is_refused_before_the_work(
     monkeypatch.setattr(optuav, "audit", None)
     told = refused("audit", str(itinerary), "--plot", str(tmp_path / "pr.xyz"))
     assert told.startswith("error: --plot = ")
-    assert told.endswith("pr.xyz': must be a name that ends in .png\n")
+    assert told.endswith("pr.xyz': must be a name that ends in .png, .svg or .pdf\n")
 
 
 def test_a_shipped_mission_is_called_one() -> None:

@@ -136,7 +136,11 @@ def test_pictures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     found = run(*QUICK, "--plot", "new")
     assert found.code == 0
-    assert sorted(path.name for path in (folder / "new").iterdir()) == ["gaps.png"]
+    assert sorted(path.name for path in (folder / "new").iterdir()) == [
+        "gaps.pdf",
+        "gaps.png",
+        "gaps.svg",
+    ]
     assert found.out.count("wrote ") == 1
     found = run("compare", "small.toml", "--by", "trajectory", "--plot", "new")
     assert (folder / "new" / "choices.png").exists()

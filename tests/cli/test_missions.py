@@ -104,7 +104,8 @@ def test_pictures_of_a_mission_and_of_a_plan(folder: Path, monkeypatch: pytest.M
     pytest.importorskip("matplotlib")
     monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     assert run("show", "paper", "--plot", "mission").code == 0
-    assert [path.name for path in (folder / "mission").iterdir()] == ["map.png"]
+    names = sorted(path.name for path in (folder / "mission").iterdir())
+    assert names == ["map.pdf", "map.png", "map.svg"]
     run("solve", "paper", "--set", "limits.deadline_s=60", "--save", "plan.json")
     assert "wrote plan/map.png" in run("show", "plan.json", "--plot", "plan").out
 

@@ -38,6 +38,8 @@ def test_free_speeds() -> None:
 
 LINEAR = ("--perspective", "battery")
 
+FORMATS = ("pdf", "png", "svg")
+
 
 @pytest.mark.parametrize(
     ("options", "hover_time_s"),
@@ -199,9 +201,10 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
         found = run(*asked, "--perspective", perspective)
         assert found.code == 0
         assert found.out.count("wrote ") == 3
-    assert sorted(path.name for path in folder.iterdir()) == ["leg.png", "map.png", "wells.png"]
-    # the plan, and but for energy the one in the other perspective
-    assert counts[4] > counts[1] >= 1
+    names = [f"{name}.{ending}" for name in ("leg", "map", "wells") for ending in FORMATS]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    # In each format the plan, and but for energy the one in the other perspective
+    assert counts[12] > counts[3] >= 1
 
 
 def test_pictures_cannot_go_where_a_file_is(tmp_path: Path) -> None:
@@ -283,14 +286,14 @@ def test_each_kind_of_file_is_known_as_our_own(
     monkeypatch.setattr(files, "mission_map", lambda *_: empty)
     assert run(*command).code == 0
     assert run(*command).code == 0
-    (written,) = tmp_path.iterdir()
-    content = written.read_bytes()
-    theirs = content.replace(b"optuav", b"other!") if b"PNG" in content else b"1,2\n"
-    written.write_bytes(theirs)
-    assert "is not from optuav" in refused(*command)
-    assert written.read_bytes() == theirs
-    assert run(*command, "--force").code == 0
-    assert written.read_bytes() == content
+    for written in [*tmp_path.iterdir()]:
+        content, marked = written.read_bytes(), written.suffix in (".png", ".svg", ".pdf")
+        theirs = content.replace(b"optuav", b"other!") if marked else b"1,2\n"
+        written.write_bytes(theirs)
+        assert "is not from optuav" in refused(*command)
+        assert written.read_bytes() == theirs
+        assert run(*command, "--force").code == 0
+        assert written.read_bytes() == content
 
 
 def test_a_mission_from_standard_input_and_a_plan_to_standard_output(

@@ -108,14 +108,19 @@ def test_a_study_without_a_name_states_its_directory(
     assert [path.name for path in tmp_path.iterdir()] == ["found"]
 
 
+NAMES = ("hover-available", "hover-battery")
+
+
 def test_two_keys_are_a_map_for_each_perspective(
     study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     said = run("sweep", str(study), "--plot", str(tmp_path / "pictures"))
     pictures = sorted((tmp_path / "pictures").iterdir())
-    assert [each.name for each in pictures] == ["hover-available.png", "hover-battery.png"]
-    assert all(f"wrote {each}" in said.out for each in pictures)
+    names = [f"{name}.{ending}" for name in NAMES for ending in ("pdf", "png", "svg")]
+    assert [each.name for each in pictures] == names
+    for name in NAMES:
+        assert f"wrote {tmp_path / 'pictures' / name}.png, .svg, .pdf" in said.out
     again = run("sweep", str(study), "--plot", str(tmp_path / "pictures"), "--json")
     assert sorted(json.loads(again.out)["pictures"]) == [*map(str, pictures)]
 
@@ -140,7 +145,7 @@ def test_a_key_of_rows_is_drawn_as_one_of_a_grid(
     text = f'output = "found"\n{text}'
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
     assert run("sweep", "-", "--plot", "pictures").code == 0
-    assert [each.name for each in (tmp_path / "pictures").iterdir()] == [name]
+    assert [each.name for each in (tmp_path / "pictures").glob("*.png")] == [name]
 
 
 @pytest.mark.parametrize(

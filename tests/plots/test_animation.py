@@ -63,7 +63,7 @@ def test_power_comes_from_the_laser_while_it_hovers(falling: optuav.Replay) -> N
 @pytest.mark.parametrize(("moment_s", "colour"), [(660.0, BLACK), (661.0, LACKING)])
 def test_it_turns_red_when_it_is_dry(moment_s: float, colour: str, falling: optuav.Replay) -> None:
     craft = lines(falling, moment_s)["craft"]
-    assert to_rgba(craft.get_markerfacecolor()) == to_rgba(colour)
+    assert to_rgba(craft.get_markeredgecolor()) == to_rgba(colour)
 
 
 @pytest.mark.parametrize("name", ["paper", pytest.param("matrice350", marks=pytest.mark.soak)])

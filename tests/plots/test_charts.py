@@ -94,3 +94,21 @@ def test_curves_without_a_finite_value_and_of_no_known_well_are_refused() -> Non
         plots.curves([line], title="", x_label="", y_label="")
     with pytest.raises(InputError, match="well = 'bund': must be one of available, bound"):
         plots.curves([line._replace(well="bund")], title="", x_label="", y_label="")
+
+
+def test_lines_that_lie_on_each_other_are_told_apart() -> None:
+    """By widths where they share a stretch, and in words where one lies wholly on another."""
+    x = [0.0, 1.0, 2.0, 3.0]
+    shown = [
+        plots.Line("all", x, [0.0, 1.0, 2.0, 3.0]),
+        plots.Line("same", x, [0.0, 1.0, 2.0, 3.0]),
+        plots.Line("begins alike", x, [0.0, 1.0, 1.0, 1.0]),
+    ]
+    drawn = plots.curves(shown, title="t", x_label="x", y_label="y").lines
+    widths = [line.get_linewidth() for line in drawn]
+    assert widths == sorted(widths, reverse=True)
+    assert len({*widths}) == 3
+    assert [line.get_label() for line in drawn] == ["all", "same, as all", "begins alike"]
+    apart = [shown[0], plots.Line("crosses", x, [3.0, 2.0, 1.0, 0.0])]
+    drawn = plots.curves(apart, title="t", x_label="x", y_label="y").lines
+    assert len({line.get_linewidth() for line in drawn}) == 1

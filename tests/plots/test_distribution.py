@@ -14,14 +14,17 @@ DEADLINES = {"limits.deadline_s": [10.0, 20.0, 600.0, 900.0, 1200.0]}
 
 
 def test_shares_are_those_of_all_scenarios() -> None:
-    """Counted by hand: two of five have no plan, and the curve ends at the other three."""
+    """Counted by hand: two of five have no plan: a bar, and where the curve begins."""
     found = optuav.batch("paper", DEADLINES)
     histogram, cumulative = plots.distribution(found)
-    (bars,) = histogram.patches
+    bars, none = histogram.patches
     assert bars.get_data().values.sum() == pytest.approx(60.0)
+    assert none.get_height() == pytest.approx(40.0)
+    assert none.get_x() + none.get_width() < bars.get_data().edges[0]
     (curve,) = cumulative.lines
+    assert curve.get_ydata()[0] == pytest.approx(40.0)
     hover_s = found.hover_time_s.values[2:]
-    for place, share in zip(np.sort(hover_s), (20.0, 40.0, 60.0), strict=True):
+    for place, share in zip(np.sort(hover_s), (60.0, 80.0, 100.0), strict=True):
         assert np.max(curve.get_ydata()[curve.get_xdata() <= place]) == pytest.approx(share)
     (words,) = histogram.get_legend().get_texts()
     assert words.get_text() == "available: no plan in 2 of 5"

@@ -76,6 +76,17 @@ def test_where_contours_crowd_none_is_named() -> None:
         assert box.x1 < jump[0] or box.x0 > jump[1]
 
 
+def test_a_cell_or_two_have_no_contour_of_their_own() -> None:
+    """It would be a diamond around a square; larger patches keep theirs."""
+    values, at = np.zeros((20, 20)), np.arange(20.0)
+    values[3, 3] = values[15, 4] = values[15, 5] = 100.0
+    assert not contours(heat_map(at, at, values, *WORDS))
+    values[8:13, 8:13] = 100.0
+    corners = np.concatenate(contours(heat_map(at, at, values, *WORDS)))
+    assert corners.min() > 7.0
+    assert corners.max() < 13.0
+
+
 def test_no_name_of_a_contour_is_cut() -> None:
     """The contour of 20 runs along the lower edge, where half of its name would be outside."""
     values = np.tile(19.7 + np.arange(100.0)[:, None], (1, 40))

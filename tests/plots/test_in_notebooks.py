@@ -170,7 +170,10 @@ def test_several_panels_are_drawn_into_a_given_figure(name: str, within: bool) -
 def test_pictures_by_name_show_themselves() -> None:
     """Of a sweep and of a comparison, each with words for readers who do not see it."""
     for found, words in (
-        (plots.swept(batched()), "paper; longest hover Δ [s]"),
+        (
+            plots.swept(batched()),
+            "paper: longest hover by deadline, perspective available; longest hover Δ [s]",
+        ),
         (
             optuav.compare("paper", by="trajectory").plot(),
             "paper: longest hover by trajectory and perspective; hover time Δ [s]",

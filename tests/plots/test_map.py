@@ -13,17 +13,18 @@ pytest.importorskip("matplotlib")
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
 
 import optuav
 from optuav import plots
 from optuav.errors import InputError
+from optuav.looks import LOOKS
 from optuav.network import vehicle
 from optuav.physics import link
-from optuav.plots import style
+from optuav.plots import signs, style
 from optuav.plots.animation import _still as still
-from optuav.plots.style import DARK
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
 WALL = {"name": "wall", "position_m": [600, 150, 70], "footprint_m": [20, 200]}
@@ -120,18 +121,25 @@ def test_shipped_missions_are_drawn_without_texts_on_each_other(
     assert all(words.partition("\n")[0].endswith("[m]") for words in labels)
 
 
-def test_many_buildings_are_all_drawn_but_not_all_named(
+def test_many_buildings_are_all_drawn_and_those_of_the_plan_are_named(
     overlaps: Callable[[Figure], list[tuple[str, str]]],
 ) -> None:
+    """A mission names as many as find room, a plan those that it uses."""
     mission = changed(buildings=scattered(60), flight__through_buildings=True)
     plan = optuav.solve(mission, perspective="battery")
     axes = plots.mission_map(plan)
     assert overlaps(axes.plan.figure) == []
     footprints = axes.plan.collections[-1]
     assert len(footprints.get_paths()) == 60
-    written = [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
-    assert 0 < sum(words.startswith("house") for words in written) < 60
-    assert set(plan.route) - {"origin", "hover", "destination"} <= set(written)
+    used = {*plan.route} - {"origin", "hover", "destination"}
+    assert {name for name in names(axes) if name.startswith("house")} == used
+    alone = names(plots.mission_map(mission))
+    assert 0 < sum(words.startswith("house") for words in alone) < 60
+
+
+def names(axes: plots.MapAxes) -> list[str]:
+    """First lines of the words on a map."""
+    return [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
 
 
 def test_a_label_keeps_off_the_place_of_another() -> None:
@@ -152,8 +160,10 @@ def test_a_label_keeps_off_the_place_of_another() -> None:
 def test_a_mission_alone_shows_the_direct_route(paper: optuav.Plan) -> None:
     axes = plots.mission_map(paper.mission)
     hover = vehicle.hover_point_m(paper.mission)
-    drawn = [line.get_xydata().tolist() for line in axes.plan.lines if len(line.get_xdata()) == 2]
-    assert drawn == [[[0.0, 0.0], list(hover[:2])], [list(hover[:2]), [2000.0, 0.0]]]
+    assert [leg.get_xydata().tolist() for leg in legs(axes)] == [
+        [[0.0, 0.0], list(hover[:2])],
+        [list(hover[:2]), [2000.0, 0.0]],
+    ]
 
 
 def test_a_plan_that_does_not_exist_says_why() -> None:
@@ -192,7 +202,7 @@ def test_only_the_sight_line_through_the_wall_is_blocked() -> None:
         for each in axes.plan.collections
         if isinstance(each, LineCollection)
     }
-    blocked = lines.pop(to_rgba(DARK)[:3])
+    blocked = lines.pop(to_rgba(LOOKS["muted"].light)[:3])
     assert [segment.tolist() for segment in blocked] == [[[1000.0, 0.0], [50.0, 300.0]]]
     (clear,) = lines.values()
     assert len(clear) == 11
@@ -208,6 +218,21 @@ def test_the_way_from_the_side_has_the_lengths_and_heights_of_the_route(
     assert list(way.get_ydata()) == [50.0, 60.0, 50.0, 50.0]
     assert {patch.get_height() for patch in drawn.height.patches[:2]} == {60.0}
     assert min(patch.get_x() for patch in drawn.height.patches[:2]) < first
+
+
+def test_each_thing_has_its_sign_and_no_other(drawn: plots.MapAxes) -> None:
+    """Those of the drawn home page: a triangle, a dot in a dashed ring, a dot and a square."""
+    marks = [line for line in drawn.plan.lines if line.get_linestyle() == "None"]
+    at = {tuple(np.ravel(line.get_xydata()[0]).round(3)): line for line in marks}
+    expected = {
+        (1000.0, 0.0): ("^", "laser"),
+        (1000.0, 3000.0): (signs.SIGNS["device"].marker, "hover"),
+        (1000.0, 2501.015): ("o", "hover"),
+        (50.0, 300.0): ("s", "rest"),
+    }
+    for place, (marker, role) in expected.items():
+        assert at[place].get_marker() is marker
+        assert to_rgba(at[place].get_markerfacecolor()) == to_rgba(LOOKS[role].light)
 
 
 def test_stops_are_named_with_their_times(drawn: plots.MapAxes) -> None:
@@ -232,15 +257,15 @@ def test_laying_out_again_moves_nothing(beside: plots.MapAxes) -> None:
 
 
 def test_identical_routes_lie_side_by_side(beside: plots.MapAxes) -> None:
-    legs = [line for line in beside.plan.lines if len(line.get_xdata()) == 2]
-    assert len(legs) == 6
-    seen = [leg.get_transform().transform(leg.get_xydata()) for leg in legs]
+    flown = legs(beside)
+    assert len(flown) == 6
+    seen = [leg.get_transform().transform(leg.get_xydata()) for leg in flown]
     for one, other in zip(seen[:3], seen[3:], strict=True):
         apart = other - one
         along = one[1] - one[0]
         assert np.hypot(*apart.T) == pytest.approx(2.0 * beside.plan.figure.dpi / 72.0)
         assert apart @ along == pytest.approx(0.0, abs=1e-6)
-    assert legs[0].get_color() != legs[3].get_color()
+    assert flown[0].get_color() != flown[3].get_color()
 
 
 def test_trajectories_that_do_not_exist_stand_in_the_legend(beside: plots.MapAxes) -> None:
@@ -259,6 +284,12 @@ def test_trajectories_of_different_places_are_refused(paper: optuav.Plan) -> Non
         plots.trajectories({"one": paper, "two": elsewhere})
     with pytest.raises(InputError, match="at least one plan"):
         plots.trajectories({})
+
+
+def legs(axes: plots.MapAxes) -> list[Line2D]:
+    """The lines of legs on a map; signs have none."""
+    lines = [line for line in axes.plan.lines if line.get_linestyle() != "None"]
+    return [line for line in lines if len(line.get_xdata()) == 2]
 
 
 def segments(axes: plots.MapAxes) -> list[list[tuple[float, ...]]]:

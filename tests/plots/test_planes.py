@@ -75,10 +75,14 @@ def test_both_binding_constraints_pass_through_the_optimum(drawn: Drawn) -> None
 
 def test_optima_are_marked_where_they_are(drawn: Drawn) -> None:
     ax, plans = drawn
-    marked = {line.get_marker(): line.get_xydata().tolist() for line in ax.lines}
-    for marker, plan in zip("*s", plans, strict=True):
-        assert marked[marker] == [[plan.rest_time_s, plan.hover_time_s]]
-    assert marked["s"][0][1] == 719.0
+    stars = [line for line in ax.lines if line.get_marker() == "*"]
+    marked = {line.get_label().partition("\n")[0]: line.get_xydata().tolist() for line in stars}
+    for name, plan in zip(marked, plans, strict=True):
+        assert marked[name] == [[plan.rest_time_s, plan.hover_time_s]]
+    assert "optimum" in marked
+    ((slots, point),) = [item for item in marked.items() if "slots" in item[0]]
+    assert slots.startswith("optimum in slots")
+    assert point[0][1] == 719.0
 
 
 def test_points_of_the_grid_are_feasible_where_the_battery_and_the_deadline_allow(

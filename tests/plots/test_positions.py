@@ -53,7 +53,10 @@ def test_a_map_without_any_plan_is_drawn(overlaps: Overlaps) -> None:
 
 def test_a_mission_may_be_named_and_what_is_no_map_is_refused() -> None:
     ax = plots.hover_map("paper", optuav.maps.laser(PAPER, 1000))
-    assert ax.get_title(loc="left").startswith("paper, perspective available\n")
+    assert (
+        ax.get_title(loc="left")
+        == "paper: longest hover, laser anywhere at z = 50 m,\nperspective available"
+    )
     with pytest.raises(optuav.InputError, match="a map, as the functions of"):
         plots.hover_map("paper", 3)  # type: ignore[arg-type]
     with pytest.raises(optuav.InputError, match="a map, as the functions of"):

@@ -66,7 +66,8 @@ def test_pooled_packs_begin_full(drawn: Sequence[Axes]) -> None:
 
 
 def test_a_panel_a_plan_and_a_line_a_pack(drawn: Sequence[Axes]) -> None:
-    assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["pooled", "sequential"]
+    titles = [ax.get_title(loc="left").partition(",")[0] for ax in drawn]
+    assert titles == ["paper: schedule pooled", "paper: schedule sequential"]
     assert thick(drawn[1], PINK).size
     with pytest.raises(ValueError, match="concatenate"):
         thick(drawn[0], PINK)

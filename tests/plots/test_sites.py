@@ -38,7 +38,7 @@ def test_all_is_where_the_answer_says(overlaps: Overlaps) -> None:
     ax = plots.sites(found)
     drawn = artists(ax)
     assert drawn["candidate"] == ROOFS_M[:, :2].tolist()
-    assert drawn["chosen"] == ROOFS_M[[*found.selection.sites], :2].tolist()
+    assert drawn["selected"] == ROOFS_M[[*found.selection.sites], :2].tolist()
     assert drawn["laser"] == found.position_m[:, :2].tolist()
     assert [*map(tuple, drawn["device"])] == DEVICES_M[:4]
     for mission, (device_m, laser_m) in zip(missions, drawn["device and its laser"], strict=True):
@@ -59,7 +59,7 @@ def test_devices_that_none_serves_are_hollow_and_lasers_that_stay_have_no_line()
     assert len(drawn["device and its laser"]) == 1
     assert "moved" not in drawn
     nobody = artists(plots.sites(optuav.place_laser(missions[1], ROOFS_M)))
-    assert not {"chosen", "laser", "device", "device and its laser"} & {*nobody}
+    assert not {"selected", "laser", "device", "device and its laser"} & {*nobody}
 
 
 def test_a_picture_as_it_is_saved_has_room_for_its_legend(overlaps: Overlaps) -> None:

@@ -82,8 +82,8 @@ def test_the_moment_it_runs_dry_is_marked(drawn: Sequence[Axes]) -> None:
 
 def test_titles_say_which_can_be_flown(drawn: Sequence[Axes]) -> None:
     by_charge, lasting = (ax.get_title(loc="left") for ax in drawn)
-    assert by_charge.endswith("perspective battery: hover $Δ$ = 688.85 s, cannot be flown")
-    assert lasting.endswith("perspective available: hover $Δ$ = 577.52 s")
+    assert by_charge.endswith(": hover $Δ$ = 688.85 s, cannot be flown, perspective battery")
+    assert lasting.endswith(": hover $Δ$ = 577.52 s, perspective available")
 
 
 def test_no_words_lie_on_others(

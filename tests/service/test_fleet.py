@@ -238,7 +238,7 @@ def test_the_picture_and_the_table_of_a_fleet() -> None:
     assert "4, a start every" in str(fleet)
     lone = optuav.coverage("relay-today", swap_s=120).fleet(0.9)
     (ax,) = lone.plot()["fleet.png"].axes
-    assert ax.get_title(loc="left") == "1 drone for 90 % of the time: relay-today"
+    assert ax.get_title(loc="left") == "relay-today: 1 drone for 90 % of the time"
 
 
 @pytest.mark.parametrize(

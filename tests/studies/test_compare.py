@@ -330,8 +330,9 @@ def by_method() -> Comparison:
 def test_files_of_a_comparison(by_method: Comparison, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     written = by_method.save_pictures(tmp_path / "new")
-    assert [path.name for path in written] == ["gaps.png"]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
+    assert [path.name for path in written] == ["gaps.png", "gaps.svg", "gaps.pdf"]
+    begins = [path.read_bytes()[:5] for path in written]
+    assert begins == [b"\x89PNG\r", b"<?xml", b"%PDF-"]
 
 
 def test_without_slots_or_plans_there_is_nothing_to_draw(tmp_path: Path) -> None:
@@ -345,7 +346,7 @@ def test_without_slots_or_plans_there_is_nothing_to_draw(tmp_path: Path) -> None
 def test_files_of_plans(of_paper: Comparison, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     written = of_paper.save_pictures(tmp_path)
-    assert [path.name for path in written] == ["choices.png"]
+    assert [path.name for path in written] == ["choices.png", "choices.svg", "choices.pdf"]
 
 
 def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Comparison) -> None:
