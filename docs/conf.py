@@ -8,7 +8,7 @@ import re
 import sys
 from base64 import b64decode, b64encode
 from hashlib import sha256
-from html import unescape
+from html import escape, unescape
 from os.path import relpath
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,10 @@ from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
+from make_cards import page as cards  # noqa: E402
 from make_dark import dark  # noqa: E402
 from make_explorer import page as explorer  # noqa: E402
-from make_fall import page as fall  # noqa: E402
+from make_films import page as films  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
 from make_map import page as map_of_mission  # noqa: E402
 
@@ -62,6 +63,7 @@ IMAGE = re.compile(r"(?:<picture><source [^>]*>)?<img\b[^>]*>(?:</picture>)?")
 DATA = re.compile(r"(?<=;base64,)[^\"]+")
 FILE = re.compile(r'(?<=src=")([^"]+)\.png(?=")')
 PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
+PARAGRAPH = re.compile(r"<p>(?!<a[^>]*><img)(.*?)</p>", re.DOTALL)
 INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
 NUMBER = re.compile(
@@ -128,17 +130,23 @@ html_title = "optuav"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
-html_sidebars = {page: [] for page in ("paper", "coming-from", "faq", "gallery")}
+html_favicon = "_static/favicon.svg"
+html_sidebars = {page: [] for page in ("index", "paper", "coming-from", "faq", "gallery")}
 html_search_scorer = str(DOCS / "search.js")
 html_context = {"default_mode": "auto"}
 html_theme_options = {
-    "logo": {"text": "optuav"},
+    "logo": {
+        "text": "optuav",
+        "image_light": "_static/logo.svg",
+        "image_dark": "_static/logo-dark.svg",
+        "alt_text": "",
+    },
     "navbar_end": ["theme-switcher"],
     "header_links_before_dropdown": 7,
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": {"**": ["page-toc"], "index": []},
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
@@ -169,8 +177,9 @@ def copy_pages() -> None:
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
     (DOCS / "_build").mkdir(exist_ok=True)
-    for name, drawn in (("fall", fall), ("map", map_of_mission)):
-        (DOCS / "_build" / f"{name}.html").write_text(drawn(), "utf-8")
+    drawn = {"cards": cards(), "films": films(), "fall": films("falls"), "map": map_of_mission()}
+    for name, text in drawn.items():
+        (DOCS / "_build" / f"{name}.html").write_text(text, "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
     for path in (DOCS / "api").glob("*.rst"):
         if path.stem not in names:
@@ -250,11 +259,29 @@ def complete_page(
     """Link pictures to their files, add those for the dark, and keep the text for excerpts."""
     if "body" not in context:
         return None
+    context["metatags"] += described(context)
     context["body"] = PICTURE.sub(r'<a href="\1">\g<0></a>', context["body"])
     context["body"] = IMAGE.sub(twins, context["body"])
     words = MARK.sub(" ", INLINE.sub("", context["body"]))
     texts[page] = re.sub(r"\s+", " ", unescape(words)).strip()
     return "bare.html" if page in BARE else None
+
+
+def described(context: dict[str, Any]) -> str:
+    """What a search engine and a link to a page show of it: title, first paragraph, a picture."""
+    first = PARAGRAPH.search(context["body"])
+    words = re.sub(r"\s+", " ", unescape(MARK.sub("", first[1] if first else ""))).strip()
+    title = unescape(MARK.sub("", context["title"]))
+    shown = {
+        "og:title": title,
+        "og:description": words,
+        "og:image": context["pathto"]("_static/preview.png", resource=True),
+        "og:type": "website",
+    }
+    tags = "".join(
+        f'<meta property="{name}" content="{escape(text)}">\n' for name, text in shown.items()
+    )
+    return f'<meta name="description" content="{escape(words)}">\n{tags}'
 
 
 def twins(image: re.Match[str]) -> str:
