@@ -9,11 +9,13 @@ import sys
 from base64 import b64decode, b64encode
 from hashlib import sha256
 from html import escape, unescape
+from io import BytesIO
 from os.path import relpath
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from PIL import Image
 from pygments.lexers.special import TextLexer
 
 import optuav
@@ -27,6 +29,7 @@ from make_explorer import page as explorer  # noqa: E402
 from make_films import page as films  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
 from make_map import page as map_of_mission  # noqa: E402
+from make_map import plans as map_of_plans  # noqa: E402
 
 ROOT = DOCS.parent
 COPIES = {
@@ -54,6 +57,10 @@ BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
 NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
+LISTS = ("lessons", "how-to", "understand")
+"""Pages that list others, each with its first picture."""
+THUMBNAIL_PX = 416, 260
+"""Most that the picture of a page in a list measures."""
 BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 """Pages to project or to print, without menus."""
 DRAWN = re.compile(r"^([\w.]+)\(", re.MULTILINE)
@@ -61,6 +68,7 @@ TITLE = re.compile(r'\btitle="([^"]+)"')
 HELPER = re.compile(r'^def (\w+)\(.*?^    """(.*?)(?:\.$|\.?""")', re.MULTILINE | re.DOTALL)
 IMAGE = re.compile(r"(?:<picture><source [^>]*>)?<img\b[^>]*>(?:</picture>)?")
 DATA = re.compile(r"(?<=;base64,)[^\"]+")
+PNG = re.compile(r"(?<=image/png;base64,)[\w+/=]+")
 FILE = re.compile(r'(?<=src=")([^"]+)\.png(?=")')
 PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
 PARAGRAPH = re.compile(r"<p>(?!<a[^>]*><img)(.*?)</p>", re.DOTALL)
@@ -177,7 +185,8 @@ def copy_pages() -> None:
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
     (DOCS / "_build").mkdir(exist_ok=True)
-    drawn = {"cards": cards(), "films": films(), "fall": films("falls"), "map": map_of_mission()}
+    drawn = {"cards": cards(), "films": films(), "fall": films("falls")}
+    drawn |= {"map": map_of_mission(), "plans": map_of_plans()}
     for name, text in drawn.items():
         (DOCS / "_build" / f"{name}.html").write_text(text, "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
@@ -238,6 +247,38 @@ def describe(app: Any, tree: nodes.document, page: str) -> None:
         title = next(cell.parent.findall(nodes.title)).astext()
         words = re.sub(r"\s+", " ", alt) or f"Picture of the section {title}"
         image["alt"] = words[0].upper() + words[1:]
+
+
+def illustrate(app: Any, tree: nodes.document, page: str) -> None:
+    """Put the first picture of each page before its line or row in a list of pages."""
+    if page not in LISTS or app.builder.name != "html":
+        return
+    folder = Path(app.outdir) / "_images"
+    folder.mkdir(exist_ok=True)
+    for item in [*tree.findall(nodes.list_item), *tree.findall(nodes.row)]:
+        link = next(item.findall(nodes.reference), None)
+        listed = link["refuri"].removesuffix(".html") if link is not None else ""
+        picture = first_picture(app, listed) if listed in app.env.found_docs else None
+        if picture is None:
+            continue
+        picture.thumbnail(THUMBNAIL_PX, Image.Resampling.LANCZOS)
+        name = f"thumbnail-{Path(listed).name}.png"
+        picture.save(folder / name)
+        alt = escape(f"A picture of the page {link.astext()}")
+        first = next(item.findall(nodes.paragraph))
+        shown = f'<img src="_images/{name}" alt="{alt}">'
+        shown = f'<a class="thumbnail" href="{link["refuri"]}">{shown}</a>'
+        first.parent.insert(0, nodes.raw("", shown, format="html"))
+
+
+def first_picture(app: Any, page: str) -> Image.Image | None:
+    """The first picture of a page, a file or in the HTML of a cell; None without one."""
+    for node in app.env.get_doctree(page).findall():
+        if isinstance(node, nodes.image) and node["uri"].endswith(".png"):
+            return Image.open(Path(app.srcdir) / node["uri"])
+        if isinstance(node, nodes.raw) and (data := PNG.search(node.astext())):
+            return Image.open(BytesIO(b64decode(data[0])))
+    return None
 
 
 def purpose(called: str, page: str) -> str:
@@ -355,6 +396,7 @@ def setup(app: Any) -> None:
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
     app.connect("doctree-resolved", describe)
+    app.connect("doctree-resolved", illustrate)
     app.connect("html-page-context", complete_page)
     app.connect("html-page-context", break_names)
     app.connect("autodoc-skip-member", skipped)
