@@ -8,12 +8,14 @@ import re
 import sys
 from base64 import b64decode, b64encode
 from hashlib import sha256
-from html import unescape
+from html import escape, unescape
+from io import BytesIO
 from os.path import relpath
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from PIL import Image
 from pygments.lexers.special import TextLexer
 
 import optuav
@@ -21,11 +23,13 @@ from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
+from make_cards import page as cards  # noqa: E402
 from make_dark import dark  # noqa: E402
 from make_explorer import page as explorer  # noqa: E402
-from make_fall import page as fall  # noqa: E402
+from make_films import page as films  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
 from make_map import page as map_of_mission  # noqa: E402
+from make_map import plans as map_of_plans  # noqa: E402
 
 ROOT = DOCS.parent
 COPIES = {
@@ -53,6 +57,10 @@ BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
 NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
+LISTS = ("lessons", "how-to", "understand")
+"""Pages that list others, each with its first picture."""
+THUMBNAIL_PX = 416, 260
+"""Most that the picture of a page in a list measures."""
 BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 """Pages to project or to print, without menus."""
 DRAWN = re.compile(r"^([\w.]+)\(", re.MULTILINE)
@@ -60,8 +68,10 @@ TITLE = re.compile(r'\btitle="([^"]+)"')
 HELPER = re.compile(r'^def (\w+)\(.*?^    """(.*?)(?:\.$|\.?""")', re.MULTILINE | re.DOTALL)
 IMAGE = re.compile(r"(?:<picture><source [^>]*>)?<img\b[^>]*>(?:</picture>)?")
 DATA = re.compile(r"(?<=;base64,)[^\"]+")
+PNG = re.compile(r"(?<=image/png;base64,)[\w+/=]+")
 FILE = re.compile(r'(?<=src=")([^"]+)\.png(?=")')
 PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
+PARAGRAPH = re.compile(r"<p>(?!<a[^>]*><img)(.*?)</p>", re.DOTALL)
 INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
 NUMBER = re.compile(
@@ -128,17 +138,23 @@ html_title = "optuav"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
-html_sidebars = {page: [] for page in ("paper", "coming-from", "faq", "gallery")}
+html_favicon = "_static/favicon.svg"
+html_sidebars = {page: [] for page in ("index", "paper", "coming-from", "faq", "gallery")}
 html_search_scorer = str(DOCS / "search.js")
 html_context = {"default_mode": "auto"}
 html_theme_options = {
-    "logo": {"text": "optuav"},
+    "logo": {
+        "text": "optuav",
+        "image_light": "_static/logo.svg",
+        "image_dark": "_static/logo-dark.svg",
+        "alt_text": "",
+    },
     "navbar_end": ["theme-switcher"],
     "header_links_before_dropdown": 7,
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": {"**": ["page-toc"], "index": []},
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
@@ -169,8 +185,10 @@ def copy_pages() -> None:
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
     (DOCS / "_build").mkdir(exist_ok=True)
-    for name, drawn in (("fall", fall), ("map", map_of_mission)):
-        (DOCS / "_build" / f"{name}.html").write_text(drawn(), "utf-8")
+    drawn = {"cards": cards(), "films": films(), "fall": films("falls")}
+    drawn |= {"map": map_of_mission(), "plans": map_of_plans()}
+    for name, text in drawn.items():
+        (DOCS / "_build" / f"{name}.html").write_text(text, "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
     for path in (DOCS / "api").glob("*.rst"):
         if path.stem not in names:
@@ -231,6 +249,38 @@ def describe(app: Any, tree: nodes.document, page: str) -> None:
         image["alt"] = words[0].upper() + words[1:]
 
 
+def illustrate(app: Any, tree: nodes.document, page: str) -> None:
+    """Put the first picture of each page before its line or row in a list of pages."""
+    if page not in LISTS or app.builder.name != "html":
+        return
+    folder = Path(app.outdir) / "_images"
+    folder.mkdir(exist_ok=True)
+    for item in [*tree.findall(nodes.list_item), *tree.findall(nodes.row)]:
+        link = next(item.findall(nodes.reference), None)
+        listed = link["refuri"].removesuffix(".html") if link is not None else ""
+        picture = first_picture(app, listed) if listed in app.env.found_docs else None
+        if picture is None:
+            continue
+        picture.thumbnail(THUMBNAIL_PX, Image.Resampling.LANCZOS)
+        name = f"thumbnail-{Path(listed).name}.png"
+        picture.save(folder / name)
+        alt = escape(f"A picture of the page {link.astext()}")
+        first = next(item.findall(nodes.paragraph))
+        shown = f'<img src="_images/{name}" alt="{alt}">'
+        shown = f'<a class="thumbnail" href="{link["refuri"]}">{shown}</a>'
+        first.parent.insert(0, nodes.raw("", shown, format="html"))
+
+
+def first_picture(app: Any, page: str) -> Image.Image | None:
+    """The first picture of a page, a file or in the HTML of a cell; None without one."""
+    for node in app.env.get_doctree(page).findall():
+        if isinstance(node, nodes.image) and node["uri"].endswith(".png"):
+            return Image.open(Path(app.srcdir) / node["uri"])
+        if isinstance(node, nodes.raw) and (data := PNG.search(node.astext())):
+            return Image.open(BytesIO(b64decode(data[0])))
+    return None
+
+
 def purpose(called: str, page: str) -> str:
     """The purpose of a function of the package's pictures, of a lesson, or of its helpers."""
     name = called.rpartition(".")[2]
@@ -250,11 +300,29 @@ def complete_page(
     """Link pictures to their files, add those for the dark, and keep the text for excerpts."""
     if "body" not in context:
         return None
+    context["metatags"] += described(context)
     context["body"] = PICTURE.sub(r'<a href="\1">\g<0></a>', context["body"])
     context["body"] = IMAGE.sub(twins, context["body"])
     words = MARK.sub(" ", INLINE.sub("", context["body"]))
     texts[page] = re.sub(r"\s+", " ", unescape(words)).strip()
     return "bare.html" if page in BARE else None
+
+
+def described(context: dict[str, Any]) -> str:
+    """What a search engine and a link to a page show of it: title, first paragraph, a picture."""
+    first = PARAGRAPH.search(context["body"])
+    words = re.sub(r"\s+", " ", unescape(MARK.sub("", first[1] if first else ""))).strip()
+    title = unescape(MARK.sub("", context["title"]))
+    shown = {
+        "og:title": title,
+        "og:description": words,
+        "og:image": context["pathto"]("_static/preview.png", resource=True),
+        "og:type": "website",
+    }
+    tags = "".join(
+        f'<meta property="{name}" content="{escape(text)}">\n' for name, text in shown.items()
+    )
+    return f'<meta name="description" content="{escape(words)}">\n{tags}'
 
 
 def twins(image: re.Match[str]) -> str:
@@ -328,6 +396,7 @@ def setup(app: Any) -> None:
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
     app.connect("doctree-resolved", describe)
+    app.connect("doctree-resolved", illustrate)
     app.connect("html-page-context", complete_page)
     app.connect("html-page-context", break_names)
     app.connect("autodoc-skip-member", skipped)

@@ -140,7 +140,7 @@ def test_on_a_phone_neither_a_page_nor_a_picture_is_cut(opened: Any, place: str)
     page = opened.page(place, 400, height=800)
     assert page.evaluate("document.documentElement.scrollWidth") <= 400
     right = page.evaluate(
-        "[...document.querySelectorAll('.bd-article img, .fall svg')]"
+        "[...document.querySelectorAll('.bd-article img, .films svg')]"
         ".map(each => each.getBoundingClientRect().right)"
     )
     assert max(right, default=0) <= 400
@@ -150,7 +150,7 @@ def test_on_a_phone_neither_a_page_nor_a_picture_is_cut(opened: Any, place: str)
 def test_the_first_screen_says_why_and_how(opened: Any, width: int, height: int) -> None:
     """The plan that falls, the line that installs, and a page to try it."""
     page = opened.page("index.html", width, height=height)
-    for each in (".fall svg", ".bd-article pre", ".bd-article a[href='try.html']"):
+    for each in (".films svg", ".bd-article pre", ".bd-article a[href='try.html']"):
         assert page.locator(each).first.bounding_box()["y"] < height - 60, each
 
 
