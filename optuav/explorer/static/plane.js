@@ -17,7 +17,7 @@ export function drawPlane(draw, {plane, verdict}, {axes, trail, slots, ...look})
   const limits = plane.constraints.filter(({role}) => role !== "bounds");
   const rests = plane.rests ? steps(most_x, 7, narrow || width < 34 * size) : [];
   const picture = new Picture(look, {
-    margins: [6 * u, 12 * u, 1.9 * size, (narrow ? 3.1 : 3.5) * size],
+    margins: [14 * u, 14 * u, 1.9 * size, (narrow ? 3.1 : 3.5) * size],
     label: planeWords(plane, limits),
     x: {domain: [below * most_x, most_x]},
     y: {domain: [below * most_y, most_y]},
@@ -148,12 +148,13 @@ function drawOptimum(picture, {best: [rest_s, hover_s], rests}, trail, mark, nar
     shape(group, "circle", {cx: px, cy: py, r: 4.5 * u, "stroke-width": u, opacity, ...yellow});
     picture.keep([px, py], 5 * u);
   });
+  const lines = [`hover ${hover_s.toFixed(2)} s`, ...(rests ? [`rest ${rest_s.toFixed(1)} s`] : [])];
+  if (!picture.has([cx, cy])) return picture.beyond([cx, cy], lines.join(", "), {fill: "ink", mark});
   const star = d3.symbol(d3.symbolStar, 105 * u * u)();
   const at = {transform: `translate(${cx} ${cy})`, class: "optimum"};
   shape(plot, "path", {d: star, ...at, "stroke-width": 1.5 * u, ...yellow});
   const ring = {fill: "none", stroke: colour(mark?.role), "stroke-width": 2.5 * u};
   if (mark) shape(plot, "circle", {cx, cy, r: 15 * u, ...ring});
-  const lines = [`hover ${hover_s.toFixed(2)} s`, ...(rests ? [`rest ${rest_s.toFixed(1)} s`] : [])];
   const spots = [20, 36].flatMap((gap) =>
     around([cx, cy], gap * u, size, {lines: lines.length, order: CORNERS})
       .map((spot) => ({...spot, cost: 3 * spot.cost + gap / 6})));
