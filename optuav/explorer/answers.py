@@ -275,13 +275,10 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
         "rest_s": shown.ends_s[1],
         "round_s": shown.round_s[::-1],
         "samples": SAMPLES,
-        "constraints": [
-            {
-                **curve(cut.constraint, way, mission)._asdict(),
-                "forbids": cut.forbids,
-                "excess": cut.whole,
-            }
+        "limits": [
+            {**words._asdict(), "forbids": cut.forbids, "excess": cut.whole}
             for cut in shown.cuts
+            if (words := curve(cut.constraint, way, mission)).role != "bounds"
         ],
         "grid": {
             "hover_s": _rounded(shown.grid_s[0]),

@@ -102,7 +102,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W, roof)]
-    hovers, flies, rests = map(_lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))
+    hovers, flies, rests = map(lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))
     some = f"; the first {MOST_DRONES} are drawn" * (fleet.drones > MOST_DRONES)
     return {
         "title": f"One drone on {roof} covers {percent(cycle.share)} of the day",
@@ -138,7 +138,7 @@ def _cycle_on(cycle: Coverage, roof: str | None) -> Coverage:
     return cycle.on(visit)
 
 
-def _lasting(time_s: float) -> str:
+def lasting(time_s: float) -> str:
     """A duration as a person says it: in seconds, minutes or hours, of three digits."""
     size_s, unit = next(
         (size_s, unit) for size_s, unit in UNITS_OF_TIME if time_s >= size_s or size_s == 1.0
@@ -150,10 +150,10 @@ def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:
     """Return legs, hovers, rests and waits of each drone of a ring until a time [h]."""
     for row in fleet.rows:
         leg_s, at_h, phases = row["flight_s"] / 2.0, row["offset_s"] / HOUR_S, list[Data]()
-        lasting = [("flight", leg_s), ("hover", row["hover_s"]), ("flight", leg_s)]
-        lasting += [("rest", row["rest_s"]), ("wait", row["wait_s"])]
+        turn = [("flight", leg_s), ("hover", row["hover_s"]), ("flight", leg_s)]
+        turn += [("rest", row["rest_s"]), ("wait", row["wait_s"])]
         while at_h < end_h:
-            for kind, duration_s in lasting:
+            for kind, duration_s in turn:
                 phases.append({"kind": kind, "start_h": at_h, "end_h": at_h + duration_s / HOUR_S})
                 at_h = phases[-1]["end_h"]
         yield phases

@@ -310,7 +310,7 @@ function exact(number) {
 function trackOf({low, high, step, value, stops}) {
   const [min, max] = [Math.min(low, value), Math.max(high, value)];
   if (!stops) return {min, max, step, at: d3.scaleLinear([min, max], [0, 100]).clamp(true)};
-  const places = stops.map((_, k) => (100 * k) / (stops.length - 1));
+  const places = stops.map((_, k) => (100 * k) / Math.max(1, stops.length - 1));
   return {min: 0, max: stops.length - 1, step: 1, at: d3.scaleLinear(stops, places).clamp(true)};
 }
 

@@ -73,7 +73,7 @@ export function sayBinding(binding, {shown, pinned}) {
   const parts = (shown.verdict.worth ?? "").split(/([\d.]+ s)(?= of|[,.])/);
   const worth = parts.map((words, k) => (k % 2 ? make("b", {}, words) : words));
   const other = pinned?.answer;
-  const more = [separator, make("span", {class: "worth"}, ...worth)];
+  const more = [make("span", {class: "worth"}, ...worth)];
   const title = make("b", {}, other ? "Binds now" : "What binds");
   const beside = other ? [separator, make("b", {}, "Binds pinned"), ...chips(other)] : more;
   binding.replaceChildren(title, ...chips(shown), ...(other || shown.verdict.worth ? beside : []));

@@ -16,7 +16,9 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
   const rows = d3.transpose([wells.time_s, wells.bound_Ah, wells.total_Ah, wells.upper_Ah])
     .map(([time, bound, total, upper]) => ({time, bound, total, upper}));
   const levels = steps(most, 5, height < 11 * size);
-  const highest = HEADROOM * most * (1 - (1.6 * size) / (height - top - 2.2 * size)); // Below the unit
+  const lowest = Math.min(0, d3.min(wells.total_Ah));
+  const most_y = HEADROOM * most;
+  const highest = most_y - ((most_y - lowest) * 1.6 * size) / (height - top - 2.2 * size); // Below the unit
   const rings = verdict.good ? wells.empty_s : [];
   const phases = wells.phases.map(({kind, at, start_s}) =>
     `${kind} ${kind === "flight" ? "to" : "at"} ${at} from ${start_s.toFixed(0)} s`);
@@ -24,7 +26,7 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
     margins: [top, 12 * u, 2.2 * size, Math.max(4.3 * size, wide(grouped(most), size) + 8)],
     label: `Charge in both wells over time: ${phases.join("; ")}. ${verdict.text}`,
     x: {domain: [0, end]},
-    y: {domain: [Math.min(0, d3.min(wells.total_Ah)), HEADROOM * most]},
+    y: {domain: [lowest, most_y]},
     clip: true,
     marks: [
       Plot.gridY(levels, GRID),
