@@ -17,16 +17,34 @@ import numpy as np
 
 import optuav
 from optuav.explorer.answers import answers
+from optuav.explorer.presets import presets
 from optuav.explorer.static import script, style
 from optuav.mission.keys import stated_value
 
 MISSION = "paper"
 PERSPECTIVES = ("available", "battery")
-STOPS = {
-    "limits.deadline_s": range(400, 2001, 200),
-    "battery.capacity_As": range(24_000, 48_001, 6_000),
+OPENS = "A plan that falls"  # Preset
+STOPS: dict[str, tuple[int, ...]] = {
+    "limits.deadline_s": (
+        200,
+        400,
+        500,
+        600,
+        650,
+        654,
+        700,
+        800,
+        900,
+        1000,
+        1200,
+        1400,
+        1700,
+        2000,
+    ),
+    "battery.capacity_As": (25_200, 30_600, 36_000, 43_200, 50_400),
 }
-"""Where the sliders stand, evenly; the mission's own values are among them."""
+"""Where the sliders stand, in order; the mission's own values are among them. Judged by charge, the
+plan flies up to 653 s and falls from 654 s on."""
 AXES_S = [2000, 1200]  # Of the plane, rest and hover: no stored answer has others
 EVERY, WHOLE = 2, 999  # Of the plane every second sample, in numbers of three digits
 PAGE = """<!doctype html>
@@ -57,9 +75,9 @@ def page() -> str:
         stored[json.dumps([perspective, *values], separators=(",", ":"))] = _brief(answer)
         keys = [control for control in answer["controls"] if control["key"] in STOPS]
     for key in keys:
-        value = stated_value(mission, key["key"])
-        key |= {"value": int(value), "values": [*STOPS[key["key"]]]}
-    data = f"const keys = {_json(keys)}, answers = {_json(stored)};"
+        key["value"] = int(stated_value(mission, key["key"]))
+    opens = next(each["state"] for each in presets(mission) if each["words"] == OPENS)
+    data = f"const keys = {_json(keys)}, answers = {_json(stored)}, opens = {_json(opens)};"
     code = "\n".join([script(), data, (Path(__file__).parent / "stored.js").read_text("utf-8")])
     title = html.escape(f"optuav: {mission.name} with sliders")
     return PAGE.format(title=title, style=style(), code=code)
@@ -76,16 +94,16 @@ def _brief(answer: dict[str, Any]) -> dict[str, Any]:
     controls = [control for control in answer["controls"] if control["key"] in STOPS]
     for control in controls:
         stops = STOPS[control["key"]]
-        control |= {"low": stops[0], "high": stops[-1], "step": stops.step}
+        control |= {"low": stops[0], "high": stops[-1], "stops": [*stops]}
     plane, count = answer["plane"], answer["plane"]["samples"]
-    for constraint in plane["constraints"]:
-        excess = np.reshape(constraint["excess"], (count, count))[::EVERY, ::EVERY]
+    for limit in plane["limits"]:
+        excess = np.reshape(limit["excess"], (count, count))[::EVERY, ::EVERY]
         most = max(1, int(np.abs(excess).max()))
-        constraint["excess"] = np.rint(excess * (WHOLE / most)).astype(int).ravel().tolist()
+        limit["excess"] = np.rint(excess * (WHOLE / most)).astype(int).ravel().tolist()
     options = {"perspective": PERSPECTIVES}
     plane = {**plane, "samples": len(range(0, count, EVERY)), "round_s": AXES_S}
-    presets = [preset for preset in answer["presets"] if "changes" not in preset["state"]][:2]
-    stored = {"stored": True, "controls": controls, "options": options, "presets": presets}
+    begins = [preset for preset in answer["presets"] if "changes" not in preset["state"]][:2]
+    stored = {"stored": True, "controls": controls, "options": options, "presets": begins}
     stored |= {"repairable": False, "pictures": []}  # Both are computed while they are seen
     return {**answer, **stored, "plane": plane}
 

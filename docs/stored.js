@@ -5,7 +5,9 @@ class Stored extends Model {
     const {number, perspective, changes} = this.get("state");
     const stated = keys.map(({key, value}) => changes?.[key] ?? value);
     const found = answers[JSON.stringify([perspective ?? "available", ...stated])];
-    const words = `answers are stored for ${keys.map(({label, unit, values}) => `${label} = ${values.join(", ")} ${unit}`).join("; ")}`;
+    const said = ({label, unit, scale, stops}) =>
+      `${label} = ${stops.map((stop) => Number((stop / scale).toPrecision(6))).join(", ")} ${unit}`;
+    const words = `answers are stored for ${keys.map(said).join("; ")}`;
     this.set("answer", {...(found ?? {faults: [{key: "", words}]}), number});
   }
 }
@@ -15,5 +17,6 @@ addEventListener("message", ({data}) => {
   if (data === "dark" || data === "light") document.documentElement.style.colorScheme = data;
 });
 
-const state = Object.fromEntries(new URLSearchParams(location.hash.slice(1))); // Such as #perspective=battery
+const stated = Object.fromEntries(new URLSearchParams(location.hash.slice(1))); // As #perspective=available
+const state = location.hash ? stated : opens;
 render({model: new Stored([["state", state]]), el: document.getElementById("explorer")});

@@ -253,6 +253,10 @@ def gains_in_words(explained: Findings) -> str:
     return _sentence_words(f"{first} gives {most} of hover{also}")
 
 
+MAY_BE_IDLE = ("limits.deadline_s", "limits.min_soc", "laser.power_W", "battery.charge_current_A")
+"""Keys that `idle` tells of."""
+
+
 class KeyWithoutEffect(NamedTuple):
     """Values of a mission key over which the answer stays the same, and why."""
 
@@ -264,11 +268,12 @@ class KeyWithoutEffect(NamedTuple):
 def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithoutEffect]]:
     """Return the keys that change nothing, each with a reason that holds without solving again."""
     plan, mission = explained.plan, network.mission
+    deadline, min_soc, power, current = MAY_BE_IDLE
     if plan and not plan.has_several_stops:
         limits, end_s = mission.limits, plan.mission_time_s
         if limits.deadline_s - end_s > SAME_SHARE * limits.deadline_s:
             yield (
-                "limits.deadline_s",
+                deadline,
                 KeyWithoutEffect(end_s, limits.deadline_s, "the plan ends then"),
             )
         left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
@@ -276,10 +281,9 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
             rows = (side.left for side in explained.constraints if side.kind == "state of charge")
             left = min(left, *rows)
         if left - limits.min_soc > SAME_SHARE:
-            yield "limits.min_soc", KeyWithoutEffect(limits.min_soc, left, "that much is left")
+            yield min_soc, KeyWithoutEffect(limits.min_soc, left, "that much is left")
     if mission.laser is None:
         return
-    power, current = "laser.power_W", "battery.charge_current_A"
     current_A = mission.battery.charge_current_A
     most_A, capped_W = laser_reach(mission, network.places)
     if most_A == capped_W == 0.0:

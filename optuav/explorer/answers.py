@@ -13,6 +13,7 @@ from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain_plan
 from optuav.diagnosis.in_words import (
+    MAY_BE_IDLE,
     KeyWithoutEffect,
     curve,
     gain_figure,
@@ -21,12 +22,13 @@ from optuav.diagnosis.in_words import (
     key_of,
     price_words,
     symbol_and_value,
+    verdict,
 )
 from optuav.diagnosis.report import Explanation
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
-from optuav.explorer.state import OPTIONS, Control, State, controls
+from optuav.explorer.state import DEVICE, OPTIONS, Control, State, controls
 from optuav.mission import Mission
 from optuav.mission.keys import stated_value
 from optuav.mission.mission import toml_of
@@ -34,6 +36,7 @@ from optuav.network.map_extent import Scene, scene
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.plan import Plan
 from optuav.plan.display import (
+    LowLanding,
     levels,
     low_landings,
     reserve_from_s,
@@ -46,11 +49,14 @@ from optuav.plan.summary import facts
 from optuav.presentation.numbers import percent
 from optuav.solving import Program, formulate
 from optuav.solving.program import route_model_of
+from optuav.solving.route_plan import replayed, route_plan
+from optuav.status import Status
 
 MOST_STEPS = 16  # Steps along the longer side of a map
 EMPTY = 1e-5  # Share of the capacity that counts as an empty well
 MOST_BUILDINGS = 2_000
 SOLVE_S = 10.0  # Time limit of an engine [s]
+HOUR_S = 3600.0
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 91)
 RIM = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)  # A circle of radius 1
@@ -91,6 +97,7 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     program = formulate(mission, problem, **asked)
     plan = program.solve()
     explained = explain_plan(program, plan) if plan or state.repairs else Explanation(plan)
+    flight = plan if plan else _flight(program, plan)
     still = dict(idle(explained, program.network))
     notes = [("Note", note) for note in explained.notes if note not in plan.notes]
     found: Data = {
@@ -100,8 +107,8 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
         "options": {**OPTIONS, "building": mission.buildings.names},
         "presets": presets(base),
         "verdict": header(program, explained),
-        "map": _map(mission, plan),
-        "wells": _wells(plan) if plan else None,
+        "map": _map(mission, flight),
+        "wells": _wells(flight, alone=not plan) if flight else None,
         "plane": _plane(program, plan, state.axes),
         "pictures": pictures(program.network),
         **_reasons(explained, [*facts(plan), *notes]),
@@ -116,6 +123,17 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     return found, plan
 
 
+def _flight(program: Program, none: Plan) -> Plan | None:
+    """The shortest flight without a stay, which shows why there is no plan; None without a route."""
+    if not program.parts:
+        return None
+    part, entry = route_model_of(program, none)
+    known = {"engine": "", "proof": none.proof, "status": Status.FEASIBLE}
+    route = int(part.routes[entry])
+    flight = route_plan(program.question, program.network, route, (0.0, 0.0), **known)
+    return replayed(flight, must_fly=False)
+
+
 def _control(control: Control, mission: Mission, still: Mapping[str, KeyWithoutEffect]) -> Data:
     """A control with its value, the whole vector of a component, and what changes nothing."""
     value: Any = stated_value(mission, control.key)
@@ -123,11 +141,16 @@ def _control(control: Control, mission: Mission, still: Mapping[str, KeyWithoutE
     value = value if whole is None else whole[control.axis or 0]
     idle = still[control.key]._asdict() if control.key in still else None
     always = mission.limits.keep_soc == "always" if control.key == "limits.min_soc" else None
-    return {**asdict(control), "value": value, "whole": whole, "idle": idle, "always": always}
+    kept = control.key in MAY_BE_IDLE  # Room for the words on it
+    known = {"value": value, "whole": whole, "idle": idle, "kept": kept, "always": always}
+    return {**asdict(control), **known}
 
 
-def _map(mission: Mission, plan: Plan) -> Data:
-    """The places of a mission [m], the reach of laser and link, and the route with its stops."""
+def _map(mission: Mission, plan: Plan | None) -> Data:
+    """The places of a mission [m], the reach of laser and links, and the route with its stops.
+
+    Each device has the key that moves it, and the rim of the disc that its link reaches.
+    """
     shown = scene(mission)
     places, laser = shown.places, mission.laser
     lit = places.laser_sight
@@ -157,8 +180,14 @@ def _map(mission: Mission, plan: Plan) -> Data:
         ],
         **ends,
         "hover": None if hover is None else _rounded(hover),
-        "device": _rounded(device_m),
-        "rim": _rounded(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
+        "devices": [
+            {
+                "name": "device",
+                "key": DEVICE,
+                "at": _rounded(device_m),
+                "rim": _rounded(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
+            }
+        ],
         "laser": None if laser is None else [*laser.position_m],
         "route": _rounded(_points_m(shown, plan)) if plan else None,
         "stops": [asdict(stop) for stop in plan.stops] if plan else [],
@@ -172,27 +201,43 @@ def _points_m(shown: Scene, plan: Plan) -> Floats:
     return np.array([origin_m, *(at for by, end_m in legs for at in (*by, end_m))])
 
 
-def _wells(plan: Plan) -> Data:
-    """Charge in both wells over time, the phases, and the levels that matter [s], [A s]."""
+def _wells(plan: Plan, *, alone: bool) -> Data:
+    """Charge in both wells over time, the phases, and the levels that matter [s], [Ah].
+
+    A flight that is drawn alone, as there is no plan, also says where it leaves too little.
+    """
     time_s, available_As, bound_As = thinned(levels(plan))
     total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
     mission, full_As = plan.mission, float(plan.mission.pool.capacity_As)
-    end_s = float(time_s[-1])
+    end_s, end_As = float(time_s[-1]), float(total_As[-1])
+    least_As, said = mission.limits.min_soc * full_As, verdict(plan)
+    low = low_landings(plan)
+    if alone:
+        low = [LowLanding(end_s, end_As, "less than must remain")] if end_As < least_As else []
     return {
+        "alone": alone,
+        "event": said.event,
+        "reason": said.reason,
         "time_s": _rounded(time_s, 3),
-        "bound_As": _rounded(bound_As, 1),
-        "total_As": _rounded(total_As, 1),
-        "upper_As": _rounded(np.maximum(total_As, bound_As), 1),
+        "bound_Ah": _rounded(bound_As / HOUR_S, 5),
+        "total_Ah": _rounded(total_As / HOUR_S, 5),
+        "upper_Ah": _rounded(np.maximum(total_As, bound_As) / HOUR_S, 5),
         "least": percent(mission.limits.min_soc),
         "deadline_s": deadline_s,
         "spare_s": deadline_s - plan.mission_time_s,
         "empty_s": [e.end_s for e in plan.phases if sum(e.available_As) < EMPTY * full_As],
-        "axes": [rounded_up(max(deadline_s, plan.mission_time_s)), rounded_up(1.1 * full_As)],
-        "full_As": full_As,
-        "least_As": mission.limits.min_soc * full_As,
+        "axes": [
+            rounded_up(max(0.0 if alone else deadline_s, plan.mission_time_s)),
+            rounded_up(1.1 * full_As / HOUR_S),
+        ],
+        "full_Ah": full_As / HOUR_S,
+        "least_Ah": least_As / HOUR_S,
         "always": mission.limits.keep_soc == "always",
         "holds_s": [reserve_from_s(mission, end_s), end_s],
-        "low": [landing._asdict() for landing in low_landings(plan)],
+        "low": [
+            {"time_s": time_s, "charge_Ah": charge_As / HOUR_S, "words": words}
+            for time_s, charge_As, words in low
+        ],
         "phases": [
             {
                 "kind": e.kind,
@@ -233,13 +278,10 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
         "rest_s": shown.ends_s[1],
         "round_s": shown.round_s[::-1],
         "samples": SAMPLES,
-        "constraints": [
-            {
-                **curve(cut.constraint, way, mission)._asdict(),
-                "forbids": cut.forbids,
-                "excess": cut.whole,
-            }
+        "limits": [
+            {**words._asdict(), "forbids": cut.forbids, "excess": cut.whole}
             for cut in shown.cuts
+            if (words := curve(cut.constraint, way, mission)).role != "bounds"
         ],
         "grid": {
             "hover_s": _rounded(shown.grid_s[0]),

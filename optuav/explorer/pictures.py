@@ -13,7 +13,7 @@ from optuav.network.places import FIRST_BUILDING
 from optuav.plan import Plan
 from optuav.plan.display import rounded_up
 from optuav.presentation.numbers import percent
-from optuav.service.cycle import PERSPECTIVES, coverage
+from optuav.service.cycle import PERSPECTIVES, Coverage, coverage
 from optuav.service.fleet import Fleet
 from optuav.solving import Program
 from optuav.studies.link_budget import link_budget
@@ -25,6 +25,7 @@ LONGER = 2.0  # Factor beyond the axis, for a pinned plan or a control that is m
 PADS = 8  # Powers of pads for counting drones
 LEAST_LOSS = 5e-4  # Share that is told as lost
 HOUR_S = 3600.0
+UNITS_OF_TIME = ((HOUR_S, "h"), (60.0, "min"), (1.0, "s"))
 
 Data: TypeAlias = dict[str, Any]
 
@@ -51,8 +52,7 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
     """Power from the laser to a roof: the chosen one, the plan's, or the one it charges most."""
     places = program.network.places
     strongest = FIRST_BUILDING + int(np.argmax(places.charge_current_A[places.buildings]))
-    rests = [stop.at for stop in plan.stops if stop.kind == "rest"] if plan else []
-    roof = building or next(iter(rests), places.names[strongest])
+    roof = building or _rests_at(plan) or places.names[strongest]
     budget = link_budget(program.network.mission, roof)
     stations = budget.stations()
     before_W = [stations[0].power_W, *(station.power_W for station in stations)]
@@ -95,19 +95,20 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     if perspective not in PERSPECTIVES:
         raise NoPlanError("Judge by the available well or by charge to see the day.")
     cycle = coverage(mission, perspective=perspective)
+    roof = building or _rests_at(plan) or cycle.building
+    cycle = _cycle_on(cycle, roof)
     fleet = cycle.fleet()
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
     end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
-    pads = [*_pads(program, most_W)]
-    times_s = cycle.hover_s, cycle.flight_s, cycle.rest_s
-    hovers, flies, rests = (f"{time_s / 60.0:.3g} min" for time_s in times_s)
+    pads = [*_pads(program, most_W, roof)]
+    hovers, flies, rests = map(lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))
+    some = f"; the first {MOST_DRONES} are drawn" * (fleet.drones > MOST_DRONES)
     return {
-        "title": f"One drone covers {percent(cycle.share)} of the day",
+        "title": f"One drone on {roof} covers {percent(cycle.share)} of the day",
         "notes": [
-            f"It hovers {hovers}, flies {flies} and rests {rests} at {cycle.building}.",
-            f"{fleet.drones} drones leave no gap, with {fleet.places} places to rest and "
-            f"{fleet.beams} beams.",
+            f"Hover {hovers}, flight {flies}, rest {rests}.",
+            f"{fleet.drones} drones leave no gap: {fleet.places} places, {fleet.beams} beams{some}.",
         ],
         "drones": fleet.drones,
         "turns": turns,
@@ -122,28 +123,52 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     }
 
 
+def _rests_at(plan: Plan) -> str | None:
+    """The roof where a plan rests first; None without a rest."""
+    rests = (stop.at for stop in plan.stops if stop.kind == "rest") if plan else ()
+    return next(iter(rests), None)
+
+
+def _cycle_on(cycle: Coverage, roof: str | None) -> Coverage:
+    """The longest cycle that rests on a roof, so that the day tells of the roof on the map."""
+    visits = {visit.building: visit for visit in (cycle.finite_cycle(), *cycle.visits)}
+    visit = visits.get(roof or "")
+    if visit is None or visit.from_full_s is None or not visit.longest_s:
+        raise NoPlanError(f"No drone that rests on {roof} hovers again and again.")
+    return cycle.on(visit)
+
+
+def lasting(time_s: float) -> str:
+    """A duration as a person says it: in seconds, minutes or hours, of three digits."""
+    size_s, unit = next(
+        (size_s, unit) for size_s, unit in UNITS_OF_TIME if time_s >= size_s or size_s == 1.0
+    )
+    return f"{time_s / size_s:.3g} {unit}"
+
+
 def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:
     """Return legs, hovers, rests and waits of each drone of a ring until a time [h]."""
     for row in fleet.rows:
         leg_s, at_h, phases = row["flight_s"] / 2.0, row["offset_s"] / HOUR_S, list[Data]()
-        lasting = [("flight", leg_s), ("hover", row["hover_s"]), ("flight", leg_s)]
-        lasting += [("rest", row["rest_s"]), ("wait", row["wait_s"])]
+        turn = [("flight", leg_s), ("hover", row["hover_s"]), ("flight", leg_s)]
+        turn += [("rest", row["rest_s"]), ("wait", row["wait_s"])]
         while at_h < end_h:
-            for kind, duration_s in lasting:
+            for kind, duration_s in turn:
                 phases.append({"kind": kind, "start_h": at_h, "end_h": at_h + duration_s / HOUR_S})
                 at_h = phases[-1]["end_h"]
         yield phases
 
 
-def _pads(program: Program, most_W: float) -> Iterator[Data]:
-    """Return how many drones leave no gap, by the power of their pads [W]; weak pads left out."""
+def _pads(program: Program, most_W: float, roof: str | None) -> Iterator[Data]:
+    """How many drones leave no gap, by the power of their pads on a roof [W]; none for weak pads."""
     mission, perspective = program.network.mission, program.question.perspective
     for power_W in np.linspace(0.0, most_W, PADS + 1)[1:].tolist():
         try:
-            cycle = coverage(mission, perspective=perspective, pad_power_W=power_W)
+            by_pads = coverage(mission, perspective=perspective, pad_power_W=power_W)
+            fleet = _cycle_on(by_pads, roof).fleet()
         except (InputError, NoPlanError):
             continue
-        yield {"power_W": power_W, "drones": cycle.fleet().drones}
+        yield {"power_W": power_W, "drones": fleet.drones}
 
 
 PICTURES: Mapping[str, Callable[[Program, Plan, str | None], Data]] = {

@@ -18,7 +18,7 @@ from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
 from optuav.plan.display import round_step
 from optuav.solving.question import problem_of
 
-DRAGGED = ("link.device_m", "laser.position_m")  # Places that can be moved, beside roofs
+DEVICE, LASER = "link.device_m", "laser.position_m"  # Places that can be moved, beside roofs
 SWITCHED = "limits.keep_soc"  # Set by the switch beside the slider of η0
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
 STEPS = 200  # Most steps of a slider
@@ -42,6 +42,8 @@ WORDS = {
     "flight.charge_current_A": CURRENT,
 }
 """Words, symbol and unit of the sliders by key."""
+READ_IN = {"%": ("%", 0.01), "A s": ("Ah", 3600.0), "rad": ("µrad", 1e-6)}
+"""Units that a reader sees, with their size, by the unit of a key; others are read as stated."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ class State:
     def mission(self, base: Mission) -> Mission:
         """A mission with the changes; footprints move with their roofs."""
         allowed, values, faults = {control.key for control in controls(base)}, dict[str, Any](), []
-        allowed |= {SWITCHED, *(key for key in DRAGGED if base.laser or key != "laser.position_m")}
+        allowed |= {SWITCHED, DEVICE, *([LASER] if base.laser else [])}
         for key, value in self.changes.items():
             roof = ROOF.fullmatch(key)
             if key not in allowed and (roof is None or roof[1] not in base.buildings.names):
@@ -130,10 +132,11 @@ class Control:
     axis: int | None
     label: str
     symbol: str
-    unit: str  # A share is shown in %, and stated as a share
+    unit: str  # As a reader sees it
+    scale: float  # Size of that unit in the unit of the key
     low: float
     high: float
-    step: float
+    step: float  # A round number of the unit that is seen
     value: float
 
 
@@ -147,13 +150,29 @@ def controls(mission: Mission) -> Iterator[Control]:
     for key in keys:
         allowed, value = number(key), stated_value(mission, key) or 0.0
         high = HIGHEST_SOC if key == "limits.min_soc" else 2.0 * value or 10.0
-        step = round_step(high, STEPS)
-        low = 0.0 if allowed and allowed.ge == 0.0 else step
-        yield Control(key, None, *WORDS[key], low, high, step, value)
+        low = 0.0 if allowed and allowed.ge == 0.0 else None
+        yield _control(key, None, *WORDS[key], low, high, value)
     sliders = [
         *(mission.beam.sliders() if mission.beam else ()),
         *mission.flight_model.sliders(),
     ]
     for key, axis, label, symbol, unit, low, high in sliders:
         value = stated_value(mission, key if axis is None else f"{key}[{axis}]") or 0.0
-        yield Control(key, axis, label, symbol, unit, low, high, round_step(high, STEPS), value)
+        yield _control(key, axis, label, symbol, unit, low, high, value)
+
+
+def _control(
+    key: str,
+    axis: int | None,
+    label: str,
+    symbol: str,
+    unit: str,
+    low: float | None,
+    high: float,
+    value: float,
+) -> Control:
+    """A control of a range in the unit of a key; without a lower end, from its first step on."""
+    read_in, scale = READ_IN.get(unit, (unit, 1.0))
+    step = float(f"{round_step(high / scale, STEPS) * scale:.12g}")
+    low = step if low is None else low
+    return Control(key, axis, label, symbol, read_in, scale, low, high, step, value)

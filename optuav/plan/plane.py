@@ -27,6 +27,7 @@ ROLES |= {role: role for role in ("deadline", "bounds")}
 DRAWN = ROLES.keys() - {"bounds"}  # Kinds of limits that are lines in a plane
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 SAMPLES, WHOLE = 61, 100_000  # Samples along an axis on a page, and largest whole number there
+NEAR = 4.0  # Multiple of the excess beside the line of a limit that a page tells apart
 BINDS = 1e-6  # Largest slack of a binding constraint, as a share of its limit
 POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
@@ -48,9 +49,18 @@ class Cut(NamedTuple):
 
     @property
     def whole(self) -> list[int]:
-        """The excess as whole numbers up to `WHOLE`, row by row; NaN counts as violated."""
+        """The excess as whole numbers up to `WHOLE`, row by row; NaN counts as violated.
+
+        What is far from the line of the limit is clipped, so that its digits tell the line.
+        """
         known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
-        most = np.abs(known[np.isfinite(known)]).max(initial=0.0) or 1.0
+        finite, near = np.isfinite(known), np.zeros(known.shape, dtype=bool)
+        for holds, beside in ((known >= 0.0, near), ((known >= 0.0).T, near.T)):
+            crossed = holds[1:] != holds[:-1]
+            beside[1:] |= crossed
+            beside[:-1] |= crossed
+        most = NEAR * np.abs(known[finite & near]).max(initial=0.0)
+        most = most or np.abs(known[finite]).max(initial=0.0) or 1.0
         rounded = np.rint(np.clip(known / most, -1.0, 1.0) * WHOLE).astype(int)
         return list[int](rounded.ravel().tolist())
 

@@ -66,7 +66,7 @@ def launched() -> Any:
         try:
             running = started.enter_context(playwright.sync_playwright())
             found = running.chromium.launch(executable_path=CHROMIUM, args=flags)
-        except Exception as error:  # A long TMPDIR, no home, no library for Playwright's own program
+        except Exception as error:  # A long TMPDIR, no home, or a library is missing
             return f"Chromium does not start here: {str(error).splitlines()[0]}"
         started.callback(found.close)
         STARTED.push(started.pop_all())

@@ -40,7 +40,7 @@ def fields(answer: dict[str, Any]) -> dict[str, np.ndarray]:
     """What constraints leave over in the plane (Δ, T'), by name."""
     plane = answer["plane"]
     shape = (plane["samples"], plane["samples"])
-    return {e["short"]: np.reshape(e["excess"], shape) for e in plane["constraints"]}
+    return {e["short"]: np.reshape(e["excess"], shape) for e in plane["limits"]}
 
 
 def times(answer: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
@@ -100,26 +100,26 @@ def test_the_grid_is_feasible_below_all_curves(by_battery: dict[str, Any]) -> No
 def test_wells_are_those_of_the_known_plan(by_battery: dict[str, Any]) -> None:
     """The plan of the perspective battery takes what is not there: −13 % of B at its end."""
     wells = by_battery["wells"]
-    available = np.subtract(wells["total_As"], wells["bound_As"])
-    assert available[0] == pytest.approx(0.8 * CAPACITY_As)
-    assert available[-1] / CAPACITY_As == pytest.approx(-0.13, abs=0.005)
-    assert wells["total_As"][-1] == pytest.approx(0.05 * CAPACITY_As, rel=1e-4)
+    available = np.subtract(wells["total_Ah"], wells["bound_Ah"])
+    assert 3600.0 * available[0] == pytest.approx(0.8 * CAPACITY_As)
+    assert 3600.0 * available[-1] / CAPACITY_As == pytest.approx(-0.13, abs=0.005)
+    assert 3600.0 * wells["total_Ah"][-1] == pytest.approx(0.05 * CAPACITY_As, rel=1e-4)
     assert 0.0 < wells["overfull_s"] < wells["dry_s"] < wells["time_s"][-1]
     assert not by_battery["verdict"]["good"]
 
 
 def test_limits_have_words_roles_and_symbols(paper: Mission, by_battery: dict[str, Any]) -> None:
     """Those of a person: no label of a constraint, and for a well when it is empty."""
-    said = [(e["role"], e["words"]) for e in by_battery["plane"]["constraints"] if e["words"]]
+    said = [(e["role"], e["words"]) for e in by_battery["plane"]["limits"] if e["words"]]
     assert said == [("charge", "charge left: 5 %"), ("deadline", "deadline: 1200 s")]
-    found = answers(paper, {})["plane"]["constraints"]
+    found = answers(paper, {})["plane"]["limits"]
     assert [(e["role"], e["short"]) for e in found if e["words"]] == [
         ("dry", "empty at b10"),
         ("overfull", "too full after the rest"),
         ("dry", "empty at the end"),
         ("deadline", "deadline"),
     ]
-    assert {e["symbol"] for e in found} == {"y₁ ≥ 0", "y₁ ≤ ωB", "Δ + T′ ≤ T_max − T_fl", ""}
+    assert {e["symbol"] for e in found} == {"y₁ ≥ 0", "y₁ ≤ ωB", "Δ + T′ ≤ T_max − T_fl"}
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_axes_are_round_and_stay_where_they_are_asked_to(paper: Mission) -> None
     found = answers(paper, {})
     assert (found["plane"]["rest_s"][1], found["plane"]["hover_s"][1]) == (1200.0, 1200.0)
     assert (found["wells"]["axes"], found["map"]["window"]) == (
-        [1200.0, 80_000.0],
+        [1200.0, 25.0],
         [[0.0, 0.0], [2000.0, 3500.0]],
     )
     held = answers(paper, {"axes": [900, 1500], "changes": {"limits.deadline_s": 220}})["plane"]
@@ -225,7 +225,7 @@ def test_presets_are_answered(name: str) -> None:
         assert known["Kink"]["plane"]["best"][0] == pytest.approx(0.0, abs=0.05)
         assert known["Kink"]["plane"]["rests"]
         # Both limits that meet there are drawn, and a gain of nothing is not told
-        roles = [each["role"] for each in known["Kink"]["plane"]["constraints"]]
+        roles = [each["role"] for each in known["Kink"]["plane"]["limits"]]
         assert {"charge", "deadline"} <= {*roles}
         assert " 0.00 s" not in known["Kink"]["verdict"]["worth"]
         assert known["Laser"]["verdict"]["hover_s"] < known["Fall"]["verdict"]["hover_s"]
@@ -234,7 +234,9 @@ def test_presets_are_answered(name: str) -> None:
 def test_the_map_shows_the_reach_of_the_link(paper: Mission) -> None:
     found = answers(paper, {})["map"]
     assert found["hover"] == pytest.approx((1000.0, 2501.0152, 50.0), abs=1e-3)
-    rim = np.subtract(found["rim"], found["device"][:2])
+    (device,) = found["devices"]
+    assert (device["name"], device["key"]) == ("device", "link.device_m")
+    rim = np.subtract(device["rim"], device["at"][:2])
     assert np.hypot(*rim.T) == pytest.approx(math.sqrt(501.4836**2 - 50.0**2), abs=1e-2)
     assert found["route"][0] == [0.0, 0.0, 50.0]
     assert {e["name"] for e in found["buildings"] if e["lit"]} == {f"b{k}" for k in range(1, 11)}
@@ -260,6 +262,46 @@ def test_controls_of_a_rotary_wing_move_its_own_wind() -> None:
         ("wind.velocity_m_s", -2.0),
     ]
     assert all(each["whole"] == [3.0, -2.0, 0.0] for each in winds)
+
+
+def test_without_a_plan_the_flight_is_shown_on_which_the_well_dries(paper: Mission) -> None:
+    """The moment is that of the judge; and of a flight that is only late, by how much."""
+    small = paper.replace({"battery.capacity_As": 1800.0})
+    found = answers(paper, {"changes": {"battery.capacity_As": 1800.0}})
+    judged = optuav.replay(optuav.Itinerary(small, optuav.Stop("hover", "hover", 0.0)))
+    assert found["verdict"]["event"] == "no plan"
+    assert found["wells"]["dry_s"] == pytest.approx(judged.first_s("empty"))
+    assert found["wells"]["event"] == f"falls at {judged.first_s('empty'):.0f} s"
+    assert found["wells"]["alone"]
+    assert len(found["map"]["route"]) == 3
+    late = answers(paper, {"changes": {"limits.deadline_s": 60.0}})["wells"]
+    assert late["spare_s"] == pytest.approx(60.0 - judged.mission_time_s)
+    assert late["dry_s"] is None
+    assert not answers(paper, {})["wells"]["alone"]
+    walled = {"changes": {"link.device_m": [1000, 9000, 0]}}  # No route can be flown
+    assert answers(paper, walled)["wells"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "unit", "seen"),
+    [
+        ("paper", "battery.capacity_As", "Ah", 10.0),  # 36 000 A s
+        ("relay-today", "laser.jitter_rad", "µrad", 10.0),
+        ("paper", "limits.min_soc", "%", 5.0),
+        ("paper", "limits.deadline_s", "s", 1200.0),
+    ],
+)
+def test_units_are_those_that_a_person_reads(name: str, key: str, unit: str, seen: float) -> None:
+    """With round steps in them; what a change states stays in the unit of its key."""
+    mission = optuav.load(name)
+    (control,) = (each for each in answers(mission, {})["controls"] if each["key"] == key)
+    assert control["unit"] == unit
+    assert control["value"] / control["scale"] == pytest.approx(seen)
+    step = f"{control['step'] / control['scale']:.9e}"
+    assert float(step.partition("e")[0]) in (1.0, 2.0, 5.0)
+    moved = answers(mission, {"changes": {key: control["low"] + 20 * control["step"]}})
+    (after,) = (each for each in moved["controls"] if each["key"] == key)
+    assert after["value"] == control["low"] + 20 * control["step"]
 
 
 def test_a_faulty_state_is_refused_with_all_that_is_wrong(paper: Mission) -> None:
@@ -291,8 +333,8 @@ def test_without_a_plan_reasons_stand_and_repairs_when_asked(
     assert found["verdict"]["event"] == "no plan"
     reasons, _ = found["tables"]
     assert "75.79 s" in reasons["lines"][0]
-    assert (found["wells"], found["repairable"], found["plane"]["best"]) == (None, True, None)
-    assert [max(e["excess"]) < 0 for e in found["plane"]["constraints"]] == [True]
+    assert (found["repairable"], found["plane"]["best"]) == (True, None)
+    assert [max(e["excess"]) < 0 for e in found["plane"]["limits"]] == [True]
     repaired = answers(paper, {**late, "repairs": True})
     assert ("limits.deadline_s >= 75.8", "now 60") in repaired["tables"][1]["rows"]
     assert not repaired["repairable"]
@@ -396,5 +438,5 @@ def test_a_switch_says_where_the_charge_must_stay() -> None:
     assert begin_s == pytest.approx(0.94 * end_s)
     (landing,) = low["wells"]["low"]
     assert landing["words"] == "below the reserve on the roof; allowed by keep_soc = end"
-    assert landing["charge_As"] == pytest.approx(2027.1, abs=0.1)
+    assert 3600.0 * landing["charge_Ah"] == pytest.approx(2027.1, abs=0.1)
     assert answers(relay, {"changes": {"limits.keep_soc": "roof"}})["faults"]

@@ -46,9 +46,9 @@ def test_every_slider_moves_its_key_and_the_plan(open_page: Open) -> None:
             slider.press("PageDown" if key == "battery.capacity_As" else "PageUp")
         value = float(slider.input_value())
         field = page.locator(f"input[type=text][data-key='{key}|{axis}']")
-        share = 100.0 if key == "limits.min_soc" else 1.0
+        scale = {"limits.min_soc": 0.01, "battery.capacity_As": 3600.0}.get(key, 1.0)
         shown = field.input_value().replace("\N{THIN SPACE}", "")
-        assert float(shown) == pytest.approx(share * value)
+        assert float(shown) == pytest.approx(value / scale)
         stated = state(page)["state"]["changes"][key]
         assert (stated if axis == "null" else stated[int(axis)]) == value
         if key in ("battery.capacity_As", "battery.charge_current_A", "wind.force_N"):
@@ -372,7 +372,7 @@ def test_a_notebook_runs_the_same_page_beside_its_own_libraries(browser: Any) ->
     answer = json.loads(json.dumps(answers(optuav.load("paper"), {})))
     page.add_style_tag(content=style())
     found = page.evaluate(NOTEBOOK, {"code": script(), "answer": answer})
-    assert found == ["theirs", "undefined", 0, "600"]
+    assert found == ["theirs", "undefined", 0, "18000"]  # The capacity of a pack
     assert page.locator("figure .draw > svg[role=img]").count() == 6  # Three figures twice
     page.close()
 
@@ -387,31 +387,60 @@ def test_in_vs_code_the_ground_is_that_of_its_theme(browser: Any) -> None:
     page.close()
 
 
-def test_stored_answers_are_shown_from_a_file(browser: Any, tmp_path: Path) -> None:
-    """The page that the site embeds: no server, and the answers that `solve` gives."""
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The address of the page that the site embeds, with some of its stops."""
     maker = load_script("make_explorer")
-    one = range(36_000, 36_001)
-    stops = {"limits.deadline_s": range(900, 1201, 300), "battery.capacity_As": one}
+    some = {"limits.deadline_s": (600, 650, 654, 1200), "battery.capacity_As": (36_000,)}
+    assert all({*few} <= {*maker.STOPS[key]} for key, few in some.items())
+    place = tmp_path_factory.mktemp("site") / "explorer.html"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(maker, "STOPS", stops)
-        (tmp_path / "explorer.html").write_text(maker.page(), "utf-8")
+        patch.setattr(maker, "STOPS", some)
+        place.write_text(maker.page(), "utf-8")
+    return place.as_uri()
+
+
+def test_what_the_page_to_try_promises_happens(browser: Any, stored: str) -> None:
+    """It opens where the plan falls, the deadline first; and the text has the numbers that are seen."""
+    text = (Path(__file__).parents[2] / "docs" / "try.md").read_text("utf-8")
+    for number in ("719.54 s", "1095 s", "650 s", "654 s"):
+        assert number in text
+    page = browser.new_page(viewport={"width": 1336, "height": 700})
+    page.goto(stored)
+    says(page, "719.54 s of hover promised; ✕ falls at 1095 s")
+    shown = page.locator("[aria-label='Start from'] option:checked")
+    assert shown.text_content() == "A plan that falls"
+    deadline = page.locator("input[type=range]").first
+    assert deadline.get_attribute("data-key") == "limits.deadline_s|null"
+    field = page.locator("input[type=text]").first
+    for seconds, words in (("654", "✕ falls"), ("650", "✓ flies"), ("600", "✓ flies")):
+        deadline.press("ArrowLeft")
+        says(page, words)
+        assert field.input_value() == seconds
+    page.get_by_label("Judge by", exact=True).select_option("available")
+    for _ in range(4):
+        says(page, "✓ flies")
+        deadline.press("ArrowRight")
+    says(page, "597.27 s of hover; ✓ flies")
+    page.close()
+
+
+def test_stored_answers_are_shown_from_a_file(browser: Any, stored: str) -> None:
+    """No server, and the answers that `solve` gives."""
     page, errors = browser.new_page(), list[str]()
     page.on("pageerror", lambda each: errors.append(str(each)))
-    page.goto((tmp_path / "explorer.html").as_uri())
+    page.goto(f"{stored}#perspective=available")
     says(page, "597.27 s of hover")
-    page.locator("input[type=range]").first.press("ArrowLeft")
-    says(page, "591.57 s of hover")
-    page.get_by_label("Judge by", exact=True).select_option("battery")
-    says(page, "688.90 s of hover promised; ✕ falls")
     page.locator("input[type=text]").first.fill("1000")
-    playwright.expect(page.locator(".faults")).to_contain_text("900, 1200")
+    playwright.expect(page.locator(".faults")).to_contain_text("600, 650, 654, 1200 s")
+    playwright.expect(page.locator(".faults")).to_contain_text("Capacity of a pack = 10 Ah")
     assert page.get_by_role("button", name="Plan (JSON)").count() == 0
     assert page.locator("circle[data-key]").count() == 0
     page.get_by_role("button", name="Reset").click()
     page.keyboard.press("l")
     page.keyboard.press("1")
     says(page, "719.54 s of hover promised; ✕ falls")
-    page.goto(f"{(tmp_path / 'explorer.html').as_uri()}?lecture#perspective=battery")
+    page.goto(f"{stored}?lecture#perspective=battery")
     says(page, "719.54 s of hover promised; ✕ falls")
     assert errors == []
     page.close()

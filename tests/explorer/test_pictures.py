@@ -15,6 +15,7 @@ import pytest
 
 import optuav
 from optuav.explorer.answers import answers
+from optuav.explorer.pictures import lasting
 from optuav.explorer.server import Server
 from optuav.mission import Mission
 from tests.explorer.test_design import APART, CROWDED, domains, rests, same
@@ -94,7 +95,7 @@ def test_a_ring_covers_every_moment_once(perspective: str) -> None:
     """Of the drawn turns; and with a drone less there would be a gap."""
     picture = shown(optuav.load("matrice350"), "day", perspective=perspective)
     share = {"available": "25.4 %", "battery": "25.43 %"}[perspective]
-    assert picture["title"] == f"One drone covers {share} of the day"
+    assert picture["title"] == f"One drone on b4 covers {share} of the day"
     turns, (end_h, *_) = picture["turns"], picture["axes"]
     assert len(turns) == picture["drones"] == 4
     hovers = sorted(
@@ -110,6 +111,27 @@ def test_a_ring_covers_every_moment_once(perspective: str) -> None:
     assert 3 < lasts / (hover["end_h"] - hover["start_h"]) <= 4
 
 
+@pytest.mark.parametrize("state", [{}, {"building": "b3"}, {"perspective": "battery"}])
+def test_the_day_tells_of_the_roof_on_the_map(state: dict[str, Any]) -> None:
+    """Also where another roof would cover more; its share is that of the cycle that is told."""
+    mission = optuav.load("paper")
+    answer = answers(mission, {"picture": "day", **state})
+    (roof,) = [stop["at"] for stop in answer["map"]["stops"] if stop["kind"] == "rest"]
+    assert roof != optuav.coverage(mission).building
+    picture = answer["picture"]
+    flown, hover, back, rest, _ = picture["turns"][0][:5]
+    hover_h, turn_h = hover["end_h"] - hover["start_h"], rest["end_h"] - flown["start_h"]
+    assert picture["title"] == f"One drone on {roof} covers {100 * hover_h / turn_h:.2f} % of the day"
+    assert f"drones leave no gap: {picture['drones'] - 1} places" in picture["notes"][1]
+
+
+@pytest.mark.parametrize(
+    ("time_s", "words"), [(43.4, "43.4 s"), (608.0, "10.1 min"), (5800.0, "1.61 h")]
+)
+def test_durations_are_in_the_unit_that_a_person_says(time_s: float, words: str) -> None:
+    assert lasting(time_s) == words
+
+
 def test_pads_that_are_stronger_need_no_more_drones() -> None:
     """So many as the power says from which on that number suffices, by another way."""
     mission = optuav.load("matrice350")
@@ -117,6 +139,7 @@ def test_pads_that_are_stronger_need_no_more_drones() -> None:
     counts = [pad["drones"] for pad in picture["pads"]]
     assert counts == sorted(counts, reverse=True)
     cycle = optuav.coverage(mission, perspective="battery")
+    assert cycle.building == "b4"
     for pad in picture["pads"][-3:]:
         least_W = cycle.watts(pad["drones"]).power_W
         assert least_W <= pad["power_W"] * (1.0 + 1e-9)
@@ -154,7 +177,7 @@ def test_tabs_open_pictures_and_links_keep_them(open_page: Any) -> None:
     for name, words in (
         ("Beam", ("on the receiver", "370.3 W")),
         ("Speed", ("best range: 17.9 m/s", "air speed, m/s")),
-        ("Day", ("drone 4", "on station", "laser: 4", "4 drones leave no gap")),
+        ("Day", ("drone 4", "on station", "laser: 4", "4 drones leave no gap", "power of each pad")),
     ):
         tab(page, name)
         for word in words:

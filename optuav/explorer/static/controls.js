@@ -1,10 +1,9 @@
 // The controls: what to start from, the question, the mission's sliders, and places.
-import {button, grouped, make} from "./drawing.js";
+import {button, formula, grouped, make} from "./drawing.js";
 import {ARROWS, points} from "./map.js";
 import {showTabs} from "./layout.js";
 import {DEFAULTS, brief} from "./state.js";
 
-const PLACES = ["device", "laser", "roof"];
 const LONG_STEP = 10; // Steps, by Shift and an arrow
 let instances = 0;
 
@@ -39,6 +38,7 @@ export class Controls {
   fill(all) {
     const {shown: answer, now: {state}} = this.#session;
     if (!this.#fields.size) this.#build(answer);
+    if (this.#session.last === null) this.#arrange(answer.controls); // Nothing has been moved yet
     const active = all ? null : this.#root.getRootNode().activeElement;
     const free = (input) => !this.#session.waiting && active !== input;
     for (const control of answer.controls) this.#fillSlider(control, free);
@@ -55,9 +55,19 @@ export class Controls {
     this.#section("Question").append(...names.map((name) => this.#choice(name)));
     this.#section("Mission").append(...controls.map((control) => this.#slider(control)));
     if (stored) this.#section("Places").remove();
-    else this.#section("Places").append(...PLACES.map((name) => this.#place(name)));
     this.#start.append(...presets.map(({words}, value) => make("option", {value}, words)));
     this.#show("Mission");
+  }
+
+  // Sliders that change something stand first; they stay where they are until one begins anew.
+  #arrange(controls) {
+    const placed = d3.sort(controls, ({idle}) => Boolean(idle)).map((control) => {
+      const {element, home} = this.#fields.get(nameOf(control));
+      return home?.isConnected ? home : element;
+    });
+    const section = this.#section("Mission");
+    const before = [...section.childNodes].filter((node) => placed.includes(node));
+    if (placed.some((node, k) => node !== before[k])) section.append(...placed);
   }
 
   #section(name) {
@@ -87,14 +97,14 @@ export class Controls {
 
   #choice(name) {
     const element = this.#copy("choice");
-    const [label, select, segments, note, differs] = element.children;
+    const [label, select, segments, note] = element.children;
     element.dataset.name = select.name = name;
     label.firstChild.textContent = WORDS.titles[name];
     label.htmlFor = select.id = `${this.#id}-${name}`;
     segments.ariaLabel = `${WORDS.titles[name]}: one of`;
     segments.append(...(WORDS.segments[name] ?? []).map((value) =>
       button(worded(name, value), () => this.#choose(name, value), {value, "aria-pressed": "false"})));
-    const parts = {mark: label.lastChild, note, differs, segments: segments.children};
+    const parts = {mark: label.lastChild, note, segments: segments.children};
     this.#fields.set(name, {key: name, element, inputs: [select], ...parts});
     return element;
   }
@@ -112,7 +122,7 @@ export class Controls {
   // With a mark where the pinned plan has else, and why it changes nothing.
   #fillChoice(name, values, why) {
     const {now: {state}, pinned} = this.#session;
-    const {inputs: [select], segments, mark, note, differs} = this.#fields.get(name);
+    const {inputs: [select], segments, mark, note} = this.#fields.get(name);
     const value = state[name] ?? DEFAULTS[name];
     const other = pinned ? pinned.state[name] ?? DEFAULTS[name] : value;
     d3.select(select).selectAll("option").data(DEFAULTS[name] ? values : ["", ...values]).join("option")
@@ -123,39 +133,40 @@ export class Controls {
     for (const segment of segments) segment.ariaPressed = segment.value === value;
     note.textContent = why;
     mark.textContent = other === value ? "" : " •";
-    differs.textContent = other === value ? "" : `• pinned: ${worded(name, other)}`;
+    mark.title = other === value ? "" : `pinned: ${worded(name, other)}`;
   }
 
   // Sliders of the mission, each with a field.
 
   #slider(control) {
-    const {key, axis, label: words, symbol, unit} = control;
+    const {key, axis, label: words, symbol, unit, scale, stops} = control;
     const element = this.#copy("slider");
     const [label, field, range] = element.querySelectorAll("label:first-child, .value, [type=range]");
-    label.title = `${symbol}: ${key} [${unit}]`;
     label.htmlFor = range.id = `${this.#id}-${this.#fields.size}`;
     label.firstChild.textContent = words;
-    label.lastChild.textContent = symbol;
+    label.lastChild.append(...formula(symbol));
+    element.classList.toggle("kept", control.kept);
     element.querySelector(".unit").textContent = unit;
     for (const [input, kind] of [[range, "slider"], [field, "value"]]) {
       input.dataset.key = nameOf(control);
       input.ariaLabel = `${words} [${unit}], ${kind}`;
-      this.#inputs.set(input, {key, axis, unit});
+      this.#inputs.set(input, {key, axis, scale, stops});
     }
-    this.#fields.set(nameOf(control), {key, element, inputs: [range, field]});
+    this.#fields.set(nameOf(control), {key, element, label, inputs: [range, field]});
     return element;
   }
 
   // Changes a key of the mission, or one component of it.
   #enter(input) {
-    const {key, axis, unit, whole} = this.#inputs.get(input);
+    const {key, axis, scale = 1, stops, whole} = this.#inputs.get(input);
     const slides = input.type === "range";
-    const typed = slides ? Number(input.value) : decimal(input.value);
-    const value = unit === "%" && !slides && typeof typed === "number" ? typed / 100 : typed;
+    const typed = slides ? input.valueAsNumber : decimal(input.value);
+    const stated = (number) => (typeof number === "number" ? exact(number * scale) : number);
+    const value = slides ? (stops?.[typed] ?? typed) : stated(typed);
     const [, field] = this.#fields.get(input.dataset.key)?.inputs ?? [];
-    if (slides) input.ariaValueText = field.value = grouped(shown(typed, unit));
-    const stated = this.#session.now.state.changes[key] ?? whole;
-    this.#session.changeKey(key, whole ? stated.with(axis, value) : value, axis);
+    if (slides) input.ariaValueText = field.value = grouped(exact(value / scale));
+    const vector = this.#session.now.state.changes[key] ?? whole;
+    this.#session.changeKey(key, whole ? vector.with(axis, value) : value, axis);
   }
 
   #press(range, event) {
@@ -174,24 +185,27 @@ export class Controls {
 
   // With a dashed thumb where the pinned plan has another value.
   #fillSlider(control, free) {
-    const {value, whole, low, high, step, unit, idle} = control;
-    const {element, inputs: [slider, field]} = this.#fields.get(nameOf(control));
-    const at = d3.scaleLinear([Math.min(low, value), Math.max(high, value)], [0, 100]).clamp(true);
-    const [min, max] = at.domain();
-    Object.assign(slider, {min, max, step});
-    if (free(slider)) Object.assign(slider, {value, ariaValueText: `${shown(value, unit)} ${unit}`});
+    const {value, whole, unit, scale, stops, idle} = control;
+    const {element, label, inputs: [slider, field]} = this.#fields.get(nameOf(control));
+    const {at, max, ...track} = trackOf(control);
+    Object.assign(slider, {...track, max});
+    const said = `${exact(value / scale)} ${unit}`;
+    if (free(slider)) Object.assign(slider, {value: stops?.indexOf(value) ?? value, ariaValueText: said});
+    label.title = `${control.symbol}: ${control.key} = ${value}`;
     if (free(field)) field.value = written(control);
     for (const input of [slider, field]) this.#inputs.get(input).whole = whole;
-    for (const [name, end] of [["at", value], ["from", idle?.low ?? 0], ["to", idle?.high ?? max]]) {
+    for (const [name, end] of [["at", value], ["from", idle?.low ?? 0], ["to", idle?.high ?? Infinity]]) {
       element.style.setProperty(`--${name}`, `${at(end)}%`);
     }
     const [toggle, box] = element.querySelectorAll(".switch, .switch input");
     toggle.hidden = typeof control.always !== "boolean"; // Beside the charge that must stay
     box.checked = Boolean(control.always);
     element.classList.toggle("idle", Boolean(idle));
+    const [range, reason] = idle ? stillness(control, idle) : ["", ""];
     const note = element.querySelector(".note");
-    note.textContent = idle ? stillness(control, idle) : "";
-    slider.setAttribute("aria-description", note.textContent);
+    const words = [make("b", {}, range), make("span", {}, `: ${reason}`)];
+    note.replaceChildren(...(idle ? [make("div", {}, ...words)] : []));
+    slider.setAttribute("aria-description", idle ? `${range}: ${reason}` : "");
     const ghost = element.querySelector(".ghost");
     const other = this.#session.pinned?.answer?.controls.find((each) => nameOf(each) === nameOf(control));
     ghost.hidden = !other || other.value === value;
@@ -200,33 +214,38 @@ export class Controls {
 
   // Device, laser and the building that is chosen, by numbers, which follow a drag.
 
+  // One row for each device and the laser, and one for whichever roof is chosen, by name.
   #place(name) {
+    const known = this.#fields.get(`place ${name}`);
+    if (known) return known;
     const element = this.#copy("place");
     const [, ...inputs] = element.children;
     inputs.forEach((input, axis) => {
       input.dataset.place = `${name}|${axis}`;
       this.#inputs.set(input, {axis});
     });
-    this.#fields.set(`place ${name}`, {element, inputs});
-    return element;
+    const made = {element, inputs};
+    this.#fields.set(`place ${name}`, made);
+    this.#section("Places").append(element);
+    return made;
   }
 
   #fillPlaces(free) {
     const {shown: {map}, now: {state}} = this.#session;
-    const keys = ["link.device_m", "laser.position_m", `buildings.${state.building}.position_m`];
-    keys.forEach((key, k) => {
-      const place = this.#fields.get(`place ${PLACES[k]}`);
-      const point = points(map).find((movable) => movable.key === key);
+    const chosen = `buildings.${state.building}.position_m`;
+    const movable = points(map).filter(({key, roof}) => !roof || key === chosen);
+    for (const {key, name, at, roof} of movable) {
+      const place = this.#place(roof ? "roof" : key);
       place.key = key;
-      place.element.hidden = !point;
-      if (!point) return;
-      place.element.firstElementChild.textContent = point.name;
+      place.element.firstElementChild.textContent = name;
       place.inputs.forEach((input, axis) => {
-        Object.assign(this.#inputs.get(input), {key, whole: point.at});
-        input.ariaLabel = `${point.name}, ${"xy"[axis]} [m]`;
-        if (free(input)) input.value = point.at[axis];
+        Object.assign(this.#inputs.get(input), {key, whole: at});
+        input.ariaLabel = `${name}, ${"xy"[axis]} [m]`;
+        if (free(input)) input.value = at[axis];
       });
-    });
+    }
+    const roof = this.#fields.get("place roof");
+    if (roof) roof.element.hidden = movable.every(({key}) => key !== roof.key);
   }
 
   // In a lecture some fields stand in a bar of their own, and go back to where they were. A field that
@@ -282,24 +301,32 @@ function decimal(text) {
   return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(plain) ? Number(plain) : text.trim();
 }
 
-// A number as a control shows it: a share in percent.
-function shown(value, unit) {
-  return Number((unit === "%" ? 100 * value : value).toPrecision(8));
+// A number without what a change of units rounds.
+function exact(number) {
+  return Number(number.toPrecision(12));
+}
+
+// The ends and the step of a slider, and where a value stands [%]; one with stops counts these.
+function trackOf({low, high, step, value, stops}) {
+  const [min, max] = [Math.min(low, value), Math.max(high, value)];
+  if (!stops) return {min, max, step, at: d3.scaleLinear([min, max], [0, 100]).clamp(true)};
+  const places = stops.map((_, k) => (100 * k) / Math.max(1, stops.length - 1));
+  return {min: 0, max: stops.length - 1, step: 1, at: d3.scaleLinear(stops, places).clamp(true)};
 }
 
 // As a field has it: whole numbers of finer controls with a decimal.
-function written({value, unit, step}) {
-  const finer = step < 1 && unit !== "%" && Number.isInteger(value);
-  return finer ? value.toFixed(1) : grouped(shown(value, unit));
+function written({value, unit, scale, step, stops}) {
+  const number = exact(value / scale);
+  const finer = !stops && exact(step / scale) < 1 && unit !== "%" && Number.isInteger(number);
+  return finer ? number.toFixed(1) : grouped(number);
 }
 
 // Over which values a control changes nothing, and why.
-function stillness(control, {low, high, words}) {
-  const {unit, step, value} = control;
-  const said = (number) => `${grouped(Number(shown(number, unit).toPrecision(3)))} ${unit}`;
-  const from = low > control.low ? ` from ${said(Math.ceil(low / step - 1e-9) * step)} up` : "";
-  const range = high > value ? ` up to ${said(high)}` : ` down to ${said(Math.ceil(low))}`;
-  return `no effect${high === null ? from : range}: ${words}`;
+function stillness({unit, scale, step, value, low: least}, {low, high, words}) {
+  const said = (number) => `${grouped(Number((number / scale).toPrecision(3)))} ${unit}`;
+  const up = (number) => said(Math.ceil(number / step - 1e-9) * step);
+  if (high === null) return [low > least ? `No effect above ${up(low)}` : "No effect", words];
+  return [high > value ? `No effect up to ${said(high)}` : `No effect above ${said(Math.ceil(low))}`, words];
 }
 
 // Which preset a state is; an empty text if none.

@@ -12,6 +12,9 @@ const CROSSED = 3; // Points that words may not cover, where they are not needed
 const MOST_DOTS = 400; // Along a line
 // Right, left, above, below, and corners [gaps to the right and down]
 const SPOTS = [[1, 0], [-1, 0], [0, -1], [0, 1], [0.8, -0.7], [-0.8, -0.7], [0.8, 0.7], [-0.8, 0.7]];
+const SYMBOL = /(?<![\w.])(\p{L}+)(\d*)(?:_(\w+))?(?![\w])/gu; // As in T_max, η0 and y1_k
+const LOWERED = {size: 0.75, down: 0.25}; // Of an index, in the size of its symbol
+const EDGE_PX = 9; // From the edge, where a picture says what lies beyond it
 const ruler = document.createElement("canvas").getContext("2d");
 
 // An element of the page; every word is text, never markup.
@@ -26,6 +29,23 @@ export function button(words, act, attributes = {}) {
   const made = make("button", {type: "button", ...attributes}, words);
   made.addEventListener("click", () => act(made));
   return made;
+}
+
+// Parts of a formula, each with whether it is an index: T_max is T and an index max.
+function partsOf(formula) {
+  let end = 0;
+  const parts = [];
+  for (const {0: whole, 1: letters, 2: digits, 3: index, index: at} of formula.matchAll(SYMBOL)) {
+    if (!digits && !index) continue;
+    parts.push([formula.slice(end, at) + letters, false], [[digits, index].filter(Boolean).join(","), true]);
+    end = at + whole.length;
+  }
+  return [...parts, [formula.slice(end), false]].filter(([words]) => words);
+}
+
+// A formula as a page writes it.
+export function formula(words) {
+  return partsOf(words).map(([part, lowered]) => (lowered ? make("sub", {}, part) : part));
 }
 
 // An element of a picture, drawn over what is there.
@@ -144,9 +164,34 @@ export class Picture {
       ...font,
       ...(halo ? {...outline, "stroke-linejoin": "round"} : {}),
     }, words);
-    if (symbol) shape(text, "tspan", {class: "sym", dx: 6}, symbol);
+    if (symbol) this.#writeFormula(text, symbol, size);
     if (mark) shape(text, "tspan", {dx: 1.2 * size, fill: colour(mark.role)}, mark.words);
     return text;
+  }
+
+  #writeFormula(text, words, size) {
+    const all = shape(text, "tspan", {class: "sym", dx: 6});
+    let raised = 0;
+    for (const [part, lowered] of partsOf(words)) {
+      const dy = (lowered ? LOWERED.down * size : 0) - raised;
+      shape(all, "tspan", {dy, ...(lowered ? {"font-size": LOWERED.size * size} : {})}, part);
+      raised += dy;
+    }
+  }
+
+  // An arrow at the edge and words beside it, for what lies beyond it; where it would be [px].
+  beyond([x, y], words, look) {
+    const edge = EDGE_PX * this.u;
+    const at = [
+      Math.min(Math.max(x, this.left + edge), this.right - edge),
+      Math.min(Math.max(y, this.top + edge), this.bottom - edge),
+    ];
+    const turn = (Math.atan2(y - at[1], x - at[0]) * 180) / Math.PI;
+    const transform = `translate(${at}) rotate(${turn}) scale(${this.u})`;
+    const arrow = {d: "M8,0L-5,-6.5L-5,6.5Z", transform, class: "beyond", fill: colour(look.fill)};
+    shape(this.plot, "path", {...arrow, stroke: colour("panel"), "stroke-width": 1.5});
+    this.keep(at, edge);
+    return this.put([words], around(at, 12 * this.u, this.size), {...STRONG, ...look});
   }
 
   // Width and height of lines of words.

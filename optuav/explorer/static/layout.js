@@ -45,7 +45,7 @@ export class Column {
     if (seen(plane)) this.#drawPlane(plane, answer, look);
     const clock = seen(wells) && (answer.wells
       ? drawWells(wells, answer, look(wells, session.axes.wells))
-      : explain(wells, "There is no plan to fly."));
+      : explain(wells, "No route can be flown."));
     this.tick = () => {
       if (clock) clock(this.moment);
       if (picture) drawDrone(picture, answer, this.moment);
@@ -65,7 +65,7 @@ export class Column {
 
   #title({plane: {route, chosen}, picture, pictures, verdict, wells}) {
     const alone = !this.session.pinned?.answer;
-    const [map, plane] = this.element.querySelectorAll("figcaption");
+    const [map, plane, charge] = this.element.querySelectorAll("figcaption");
     this.slots.hidden = Boolean(picture);
     showTabs(this.tabs, ["plane", ...pictures], picture?.name ?? "plane", (name) => this.session.open(name));
     const [long, ...brief] = picture ? [picture.title ?? WORDS.pictures[picture.name]] : WORDS.plane;
@@ -76,6 +76,7 @@ export class Column {
     fit(plane.children[1], alone && route && !picture ? [...ways, ""] : [""]);
     map.children[1].textContent = alone && !this.session.stored ? "drag a ring, or arrows" : "";
     this.play.hidden = !wells;
+    charge.children[1].textContent = wells?.alone ? "on the shortest flight, without a stay" : "";
     const promise = verdict.promise ? `${verdict.promise.replace(/ of hover.*/, "")}, ` : "";
     const heading = this.element.querySelector(".title");
     const name = this.kind === "now" ? "Now" : "Pinned";

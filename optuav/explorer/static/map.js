@@ -23,7 +23,10 @@ const FALL = [
   {down: 86, aside: 5, opacity: 1, turn: 55},
 ];
 const FALLEN_PX = 118; // Where it says so
-const ROTORS = [[-11, -7], [11, -7], [-11, 7], [11, 7]];
+const DRONE = [ // Arms with their rotors, and the body
+  {d: "M-13,-4H13M-13,-4V-8M13,-4V-8M-20,-8H-6M6,-8H20", fill: "none"},
+  {d: "M-8,-5H8V4H-8Z", "stroke-width": 1},
+];
 
 export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
   const {across, up, scale, step} = frameOf(axes, look);
@@ -76,10 +79,10 @@ function unused({buildings, stops}) {
   return buildings.filter(({name}) => !stops.some(({at}) => at === name));
 }
 
-function terrain({rim}, step, u) {
+function terrain({devices}, step, u) {
   const reach = {fill: colour("hover"), fillOpacity: 0.13, stroke: colour("hover"), strokeWidth: 1.25 * u};
   const rules = {...GRID, interval: step};
-  return [Plot.gridX(rules), Plot.gridY(rules), rim && Plot.line(rim, reach)];
+  return [Plot.gridX(rules), Plot.gridY(rules), ...devices.map(({rim}) => rim && Plot.line(rim, reach))];
 }
 
 // Lines of sight of the laser, those of the plan stronger; and the walls that cut some of them.
@@ -122,11 +125,12 @@ function route({route: way}, scale, u) {
 }
 
 function spots(map, u, named) {
-  const {origin, destination, laser, device, hover} = map;
+  const {origin, destination, laser, devices, hover} = map;
+  const linked = devices.map(({at}) => at);
   const mark = (places, symbol, r, role, edge = {}) =>
     Plot.dot(places.filter(Boolean), {...POINT, symbol, r: r * u, fill: colour(role), ...edge});
   const edge = {stroke: colour("ink"), strokeWidth: 1.25 * u};
-  const ring = {...edge, fill: "none", stroke: colour("muted"), strokeDasharray: `${3 * u} ${3 * u}`};
+  const ring = {strokeWidth: 1.5 * u, stroke: colour("hover"), strokeDasharray: `${3 * u} ${3 * u}`};
   return [
     Plot.dot(unused(map), {
       x: ({at: [x]}) => x,
@@ -138,17 +142,19 @@ function spots(map, u, named) {
     mark(restsOf(map), "square", 6.7, "rest", edge),
     mark([origin, destination], "diamond", 6.5, "ink"),
     mark([laser], "triangle", 7, "laser"),
-    mark([device], "circle", 5, "ink"),
-    mark([device], "circle", 12, "muted", ring), // It can be dragged
+    mark(linked, "circle", 5, "hover"),
+    mark(linked, "circle", 10, "hover", {...ring, fill: "none"}),
     mark([hover], "circle", 6.5, "hover", edge),
   ];
 }
 
-// Writes lines of words beside a point [m].
+// Writes lines of words beside a point [m], or at the edge beyond which it lies.
 function nameAt(picture, [x, y], lines, {gap = 10 * picture.u, order, ...look} = {}) {
   const {needed = true, size = picture.size} = look;
+  const at = [picture.x(x), picture.y(y)];
+  if (!picture.has(at)) return needed ? picture.beyond(at, lines[0], {fill: "ink"}) : null;
   const spots = [0, ...(needed ? [1] : [])].flatMap((far) => // Farther off where words are needed
-    around([picture.x(x), picture.y(y)], gap * (1 + 0.8 * far), size, {lines: lines.length, order})
+    around(at, gap * (1 + 0.8 * far), size, {lines: lines.length, order})
       .map((spot) => ({...spot, cost: spot.cost + 9 * far})));
   return picture.put(lines, spots, look);
 }
@@ -157,15 +163,16 @@ function nameAt(picture, [x, y], lines, {gap = 10 * picture.u, order, ...look} =
 function nameStops(picture, map) {
   const {u} = picture;
   const px = ([x, y]) => [picture.x(x), picture.y(y)];
-  const {device, hover, origin, destination, laser, buildings} = map;
+  const {devices, hover, origin, destination, laser, buildings} = map;
   picture.avoid(dots((map.route ?? []).map(px)));
-  for (const at of [device, hover, ...buildings.map(({at}) => at)]) if (at) picture.keep(px(at), 5 * u);
+  const small = [...devices, ...buildings].map(({at}) => at);
+  for (const at of [hover, ...small]) if (at) picture.keep(px(at), 5 * u);
   for (const at of [origin, destination, laser]) if (at) picture.keep(px(at), 7 * u, 10 * u);
   for (const stop of map.stops) nameStop(picture, placeOf(map, stop.at), stop);
   for (const end of ["laser", "origin", "destination"]) {
     if (map[end]) nameAt(picture, map[end], [end], {order: BELOW, gap: 13 * u});
   }
-  nameAt(picture, device, ["device"], {gap: 15 * u, order: ABOVE});
+  for (const {name, at} of devices) nameAt(picture, at, [name], {gap: 15 * u, order: ABOVE});
   if (hover && map.stops.every(({at}) => at !== "hover")) nameAt(picture, hover, ["hover point"]);
 }
 
@@ -207,11 +214,11 @@ function short(words) {
 
 // Points that can be moved lie over the map, and stay while it is drawn anew.
 
-export function points({device, laser, buildings}) {
+export function points({devices, laser, buildings}) {
   const roofs = buildings.map(({name, at}) =>
     ({key: `buildings.${name}.position_m`, name: `roof of ${name}`, at, roof: true}));
   return [
-    {key: "link.device_m", name: "device", at: device},
+    ...devices,
     {key: "laser.position_m", name: "laser", at: laser},
     ...roofs,
   ].filter(({at}) => at);
@@ -260,7 +267,7 @@ export function drawHandles(draw, {x, y, width, height}, map, session) {
 }
 
 // The drone at a moment: on its way, at a stop, or falling once its available well is empty.
-export function drawDrone(picture, {map, wells, verdict}, moment) {
+export function drawDrone(picture, {map, wells}, moment) {
   const {plot, height, size, u} = picture;
   d3.select(plot).selectAll(".drone").remove();
   if (moment === null || !wells) return;
@@ -274,7 +281,7 @@ export function drawDrone(picture, {map, wells, verdict}, moment) {
     drawCraft(parent, x + aside * u, y + down * room, look, "dry", u);
   }
   const look = {parent, anchor: "middle", fill: "dry", ...STRONG};
-  picture.write({x, y: y + FALLEN_PX * room, words: verdict.event, ...look});
+  picture.write({x, y: y + FALLEN_PX * room, words: wells.event, ...look});
 }
 
 // Along the way from stop to stop, by its waypoints, slow at both ends.
@@ -292,8 +299,7 @@ function positionAt(map, phases, time) {
 
 function drawCraft(parent, x, y, {opacity, turn}, role, u) {
   const transform = `translate(${x} ${y}) rotate(${turn}) scale(${u})`;
-  const look = {opacity, stroke: colour(role), "stroke-width": 2.5, fill: "none"};
-  const craft = shape(parent, "g", {transform, ...look});
-  shape(craft, "path", {d: "M-9,-6L9,6M-9,6L9,-6"});
-  for (const [cx, cy] of ROTORS) shape(craft, "circle", {cx, cy, r: 4.5});
+  const look = {opacity, stroke: colour(role), "stroke-width": 2.4, "stroke-linecap": "round"};
+  const craft = shape(parent, "g", {transform, ...look, fill: colour(role)});
+  for (const part of DRONE) shape(craft, "path", part);
 }

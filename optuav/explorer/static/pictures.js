@@ -5,11 +5,14 @@ import {dots, grouped, line, make, steps, wide} from "./drawing.js";
 const NARROW_PX = 440;
 const COVERS = "on station";
 const DRAWN = {beam: drawBeam, speed: drawSpeed, day: drawDay};
+const FLIGHT = {fill: "flight"};
 const PALE = {fill: colour("muted"), fillOpacity: 0.16};
 const NAMES = {...NUMBERS, tickFormat: String, fill: colour("ink")};
 
 export function drawPicture(draw, {picture: data}, {axes, ...look}) {
-  const notes = make("ul", {class: "notes"}, ...data.notes.map((words) => make("li", {}, words)));
+  const named = look.width < NARROW_PX * look.u ? [] : [data.title]; // Above the picture
+  const said = [data.title, ...data.notes].filter((words) => !named.includes(words));
+  const notes = make("ul", {class: "notes"}, ...said.map((words) => make("li", {}, words)));
   draw.replaceChildren(notes);
   const height = look.height - notes.offsetHeight;
   draw.prepend(...DRAWN[data.name](data, {...look, height, axes: axes ?? data.axes}));
@@ -26,10 +29,11 @@ function drawBeam({title, stations}, {axes: [most], ...look}) {
   const narrow = width < NARROW_PX * u; // Words stand above the bars, else beside them
   const widest = (key) => (narrow ? 0 : d3.max(stations, (station) => wide(station[key], size - 1)));
   const padding = narrow ? 0.6 : 0.25;
+  const uncut = ({before_W, said}) => (before_W > most ? `→ ${said}` : said);
   const above = -((1 - padding) * (height - 1.9 * size)) / stations.length / 2 - 0.4 * size;
   const words = narrow
-    ? {x: 0, text: (station) => `${station.words}: ${station.said}`, dy: above, dx: 2}
-    : {x: "before_W", text: "said", dx: 6};
+    ? {x: 0, text: (station) => `${station.words}: ${uncut(station)}`, dy: above, dx: 2}
+    : {x: ({before_W}) => Math.min(before_W, most), text: uncut, dx: 6};
   const left = {x: "power_W", fill: ({electric}) => colour(electric ? "ink" : "laser")};
   return [new Picture(look, {
     margins: edges(size, widest("words"), widest("said") + size),
@@ -40,8 +44,8 @@ function drawBeam({title, stations}, {axes: [most], ...look}) {
       Plot.gridX(steps(most, 5), GRID),
       Plot.axisX(steps(most, 5), {...NUMBERS, tickFormat: (power) => `${grouped(power)} W`}),
       !narrow && Plot.axisY(NAMES),
-      Plot.barX(stations, {y: "words", x1: "power_W", x2: "before_W", ...PALE}),
-      Plot.barX(stations, {y: "words", ...left}),
+      Plot.barX(stations, {y: "words", x1: "power_W", x2: "before_W", ...PALE, clip: true}),
+      Plot.barX(stations, {y: "words", ...left, clip: true}),
       Plot.text(stations, {y: "words", textAnchor: "start", fill: colour("ink"), ...words}),
     ],
   }).plot];
@@ -64,15 +68,21 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look
       Plot.gridY(steps(most_y, 7), GRID),
       Plot.axisX(steps(most_x, 7).filter((speed) => speed < 0.7 * most_x), NUMBERS),
       Plot.axisY(steps(most_y, 7), NUMBERS),
-      Plot.line(rows, {stroke: colour("flight"), strokeWidth: 2.75 * u}),
-      Plot.dot(marks, {...points, fill: (_, k) => colour(k ? "optimum" : "hover")}),
+      Plot.line(rows, {stroke: colour("flight"), strokeWidth: 2.75 * u, clip: true}),
+      Plot.dot(marks, {...points, fill: (_, k) => colour(k ? "optimum" : "hover"), clip: true}),
     ],
   });
   const {x, y, left} = picture;
   nameAxes(picture, ["air speed, m/s →", "↑ power at the rotors, W"], {x: left + 8 * u, y: 1.6 * size});
-  picture.avoid(dots(rows.map(([speed, power]) => [x(speed), y(power)])));
-  marks.forEach((mark, k) =>
-    picture.put([said[k]], around([x(mark.speed_m_s), y(mark.power_W)], 12 * u, size), STRONG));
+  picture.avoid(dots(rows.map(([speed, power]) => [x(speed), y(power)]).filter((at) => picture.has(at))));
+  const highest = d3.greatest(rows.filter(([speed]) => speed <= most_x), ([, power]) => power);
+  if (highest[1] > most_y) {
+    picture.beyond(highest.map((value, k) => [x, y][k](value)), `up to ${highest[1].toFixed(0)} W`, FLIGHT);
+  }
+  marks.forEach((mark, k) => {
+    const at = [x(mark.speed_m_s), y(mark.power_W)];
+    if (picture.has(at)) picture.put([said[k]], around(at, 12 * u, size), STRONG);
+  });
   return [picture.plot];
 }
 
@@ -86,7 +96,7 @@ function nameAxes(picture, [lower, upper], top) {
 function drawDay(data, look) {
   const {width, height, u} = look;
   const narrow = width < NARROW_PX * u;
-  const [across, down] = narrow ? [1, 0.55] : [0.58, 1];
+  const [across, down] = narrow ? [1, 0.54] : [0.58, 1];
   const ring = drawRing(data, {...look, width: across * width, height: down * height});
   const rest = narrow ? {height: (1 - down) * height} : {width: (1 - across) * width};
   const pads = drawPads(data, {...look, ...rest});
@@ -100,6 +110,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
   const names = d3.range(rows).map((k) => `drone ${k + 1}`);
   const stays = shown.flatMap((phases, k) => phases.map((phase) => ({...phase, drone: names[k]})));
   const more = drones > shown.length ? ` (${shown.length} of ${drones} drones)` : "";
+  const numbered = (name) => (more && name === names[0] ? `1 of ${drones}` : name);
   const bar = {x1: "start_h", x2: "end_h", insetLeft: 0.5};
   const covers = {y: () => COVERS, filter: ({kind}) => kind === "hover", fillOpacity: 0.75};
   const every = Math.ceil((1.1 * size * (rows + 1)) / (height - 2.3 * size)); // Names that keep apart
@@ -114,7 +125,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
     clip: true,
     marks: [
       Plot.axisX(hours.filter((hour) => hour < 0.97 * end), {...NUMBERS, tickFormat: unit}),
-      Plot.axisY([...named, COVERS], NAMES),
+      Plot.axisY([...named, COVERS], {...NAMES, tickFormat: numbered}),
       Plot.barX(stays, {...bar, y: "drone", fill: ({kind}) => colour(kind === "wait" ? "line" : kind)}),
       Plot.barX(stays, {...bar, ...covers, fill: colour("hover")}),
     ],
@@ -122,30 +133,37 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
 }
 
 function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look}) {
-  const {size, u} = look;
-  const counts = steps(most_y, 5).filter(Number.isInteger);
+  const {height, size, u} = look;
+  const [top, bottom] = [1.8 * size, 3.2 * size]; // With room for what the axes are called
+  const levels = Math.max(2, Math.min(5, (height - top - bottom) / (1.4 * size)));
+  const counts = steps(most_y, levels).filter(Number.isInteger);
   const place = {x: "power_W", y: "drones"};
   const each = pads.map((pad) => `${pad.drones} with ${pad.power_W.toFixed(0)} W`).join(", ");
   const picture = new Picture(look, {
-    margins: edges(size, wide(grouped(most_y), size), 12 * u, 1.8),
+    margins: [top, 14 * u, bottom, wide(grouped(most_y), size) + size],
     label: `Drones that leave no gap, against pad power: ${each}; with the laser ${drones}`,
     x: {domain: [0, most_x]},
     y: {domain: [0, most_y]},
     marks: [
       Plot.gridY(counts, GRID),
       Plot.axisY(counts, NUMBERS),
-      Plot.axisX(steps(most_x, 4).filter((power) => power < 0.35 * most_x), NUMBERS),
+      Plot.axisX(steps(most_x, 5), NUMBERS),
       Plot.ruleX([most_W], line("bounds", u)),
-      Plot.ruleY([drones], line("laser", u)),
-      Plot.line(pads, {...place, stroke: colour("ink"), strokeWidth: 1.25 * u}),
-      Plot.dot(pads, {...place, r: 4 * u, fill: colour("ink")}),
+      Plot.ruleY([drones], {...line("laser", u), clip: true}),
+      Plot.line(pads, {...place, stroke: colour("ink"), strokeWidth: 1.25 * u, clip: true}),
+      Plot.dot(pads, {...place, r: 4 * u, fill: colour("ink"), filter: (pad) => pad.drones <= most_y}),
     ],
   });
-  const {x, y, left} = picture;
-  nameAxes(picture, ["pad power, W →", "↑ drones without a gap"], {x: left, y: size});
-  picture.avoid(dots(pads.map((pad) => [x(pad.power_W), y(pad.drones)])));
+  const {x, y, left, right, axis} = picture;
+  picture.write({...axis, x: right, y: height - 0.5 * size, words: "power of each pad, W", anchor: "end"});
+  picture.write({...axis, x: left - 0.5 * size, y: size, words: "↑ drones without a gap"});
+  const points = pads.map((pad) => [x(pad.power_W), y(pad.drones)]);
+  picture.avoid(dots(points.filter((at) => picture.has(at))));
+  const most = d3.greatest(pads, (pad) => pad.drones);
+  if (most?.drones > most_y) picture.beyond([x(most.power_W), y(most.drones)], `${most.drones}`, {fill: "ink"});
   const spots = d3.range(0.05, 0.9, 0.1).flatMap((share) => [-6, 1.1 * size].map((below) =>
     ({x: x(share * most_x), y: y(drones) + below, anchor: "start", cost: below > 0 ? 1 : 0})));
-  picture.put([`laser: ${drones}`], spots, {...STRONG, fill: "laser"});
+  if (drones <= most_y) picture.put([`laser: ${drones}`], spots, {...STRONG, fill: "laser"});
+  else picture.beyond([left, y(drones)], `laser: ${drones}`, {fill: "laser"});
   return picture.plot;
 }

@@ -14,11 +14,11 @@ export function drawPlane(draw, {plane, verdict}, {axes, trail, slots, ...look})
   const narrow = width < NARROW_PLANE_PX;
   const [most_x, most_y] = axes ?? [plane.rest_s[1], plane.hover_s[1]];
   const below = plane.hover_s[0] / plane.hover_s[1]; // Both axes begin as far below 0
-  const limits = plane.constraints.filter(({role}) => role !== "bounds");
+  const {limits} = plane;
   const rests = plane.rests ? steps(most_x, 7, narrow || width < 34 * size) : [];
   const picture = new Picture(look, {
-    margins: [6 * u, 12 * u, 1.9 * size, (narrow ? 3.1 : 3.5) * size],
-    label: planeWords(plane, limits),
+    margins: [14 * u, 14 * u, 1.9 * size, (narrow ? 3.1 : 3.5) * size],
+    label: planeWords(plane),
     x: {domain: [below * most_x, most_x]},
     y: {domain: [below * most_y, most_y]},
     marks: [
@@ -27,7 +27,7 @@ export function drawPlane(draw, {plane, verdict}, {axes, trail, slots, ...look})
       // Beside the name of the axis
       Plot.axisX(rests.filter((value) => value < most_x * (1 - (10.5 * size) / width)), NUMBERS),
       Plot.axisY(steps(most_y, 7, narrow || height < SHORT_PX), NUMBERS),
-      limitMarks(plane, limits, u, slots ? slotMarks(plane.grid) : []),
+      limitMarks(plane, u, slots ? slotMarks(plane.grid) : []),
     ],
   });
   draw.replaceChildren(picture.plot);
@@ -41,17 +41,17 @@ export function drawPlane(draw, {plane, verdict}, {axes, trail, slots, ...look})
   if (plane.best) drawOptimum(picture, plane, trail, missed(verdict), narrow);
   nameLimits(picture, lines, narrow);
   nameNowhere(picture, limits);
-  if (plane.chosen) nameAllowed(picture, plane, limits, across, up);
+  if (plane.chosen) nameAllowed(picture, plane, across, up);
 }
 
-function planeWords({best, route}, limits) {
+function planeWords({best, route, limits}) {
   const words = limits.map((limit) => limit.words).join("; ") || "no limit cuts anything off";
   const optimum = best ? `. Optimum: hover ${best[1].toFixed(2)} s, rest ${best[0].toFixed(1)} s` : "";
   return `Times that the limits allow on the route ${route.join(", ")}: ${words}${optimum}`;
 }
 
 // Forbidden sides below, bounds and slots, and the lines of the limits above.
-function limitMarks({samples: n, hover_s: [y1, y2], rest_s: [x1, x2]}, limits, u, between) {
+function limitMarks({samples: n, hover_s: [y1, y2], rest_s: [x1, x2], limits}, u, between) {
   const dx = (x2 - x1) / (n - 1) / 2;
   const dy = (y2 - y1) / (n - 1) / 2;
   const extent = {width: n, height: n, x1: x1 - dx, x2: x2 + dx, y1: y1 - dy, y2: y2 + dy};
@@ -148,19 +148,20 @@ function drawOptimum(picture, {best: [rest_s, hover_s], rests}, trail, mark, nar
     shape(group, "circle", {cx: px, cy: py, r: 4.5 * u, "stroke-width": u, opacity, ...yellow});
     picture.keep([px, py], 5 * u);
   });
+  const lines = [`hover ${hover_s.toFixed(2)} s`, ...(rests ? [`rest ${rest_s.toFixed(1)} s`] : [])];
+  if (!picture.has([cx, cy])) return picture.beyond([cx, cy], lines.join(", "), {fill: "ink", mark});
   const star = d3.symbol(d3.symbolStar, 105 * u * u)();
   const at = {transform: `translate(${cx} ${cy})`, class: "optimum"};
   shape(plot, "path", {d: star, ...at, "stroke-width": 1.5 * u, ...yellow});
   const ring = {fill: "none", stroke: colour(mark?.role), "stroke-width": 2.5 * u};
   if (mark) shape(plot, "circle", {cx, cy, r: 15 * u, ...ring});
-  const lines = [`hover ${hover_s.toFixed(2)} s`, ...(rests ? [`rest ${rest_s.toFixed(1)} s`] : [])];
   const spots = [20, 36].flatMap((gap) =>
     around([cx, cy], gap * u, size, {lines: lines.length, order: CORNERS})
       .map((spot) => ({...spot, cost: 3 * spot.cost + gap / 6})));
   picture.put(lines, spots, {weight: 700, mark: narrow ? null : mark});
   if (narrow || !before.length || !trail[0].from) return;
   const [value, unit] = trail[0].from; // Of the control that was moved
-  const words = `trail: from ${grouped(unit === "%" ? 100 * value : value)} ${unit}`;
+  const words = `trail: from ${grouped(value)} ${unit}`;
   picture.put([words], around(before[0], 10 * u, size), {fill: "muted", size: size - 1, needed: false});
 }
 
@@ -176,7 +177,7 @@ function nameNowhere(picture, limits) {
 }
 
 // Words where all limits hold.
-function nameAllowed(picture, {samples: n, grid}, limits, across, up) {
+function nameAllowed(picture, {samples: n, grid, limits}, across, up) {
   const {x, y, right, top, size} = picture;
   if (!grid.feasible.flat().some(Boolean)) return;
   const words = "feasible";

@@ -1,8 +1,9 @@
 // What the page says: the verdict and its reason, how far a pinned plan differs, what binds, and tables.
-import {button, line, make} from "./drawing.js";
+import {button, formula, line, make} from "./drawing.js";
 import {brief} from "./state.js";
 
 const LIMITS = ["charge", "deadline", "dry", "overfull"];
+const SYMBOLIC = ["as stated", "value"]; // Columns of formulas
 const EQUAL = 0.005; // Seconds by which plans are as long
 
 // How a plan ends, by sign and word.
@@ -72,7 +73,7 @@ export function sayBinding(binding, {shown, pinned}) {
   const parts = (shown.verdict.worth ?? "").split(/([\d.]+ s)(?= of|[,.])/);
   const worth = parts.map((words, k) => (k % 2 ? make("b", {}, words) : words));
   const other = pinned?.answer;
-  const more = [separator, make("span", {class: "worth"}, ...worth)];
+  const more = [make("span", {class: "worth"}, ...worth)];
   const title = make("b", {}, other ? "Binds now" : "What binds");
   const beside = other ? [separator, make("b", {}, "Binds pinned"), ...chips(other)] : more;
   binding.replaceChildren(title, ...chips(shown), ...(other || shown.verdict.worth ? beside : []));
@@ -109,12 +110,14 @@ export function tables({tables: all, repairable}, askRepairs) {
 }
 
 function folded({title, heads = [], rows = [], note = "", lines = []}) {
-  const cells = (tag) => (row) => make("tr", {}, ...row.map((cell) => make(tag, {}, cell)));
+  const symbols = new Set(heads.flatMap((name, k) => (SYMBOLIC.includes(name) ? [k] : [])));
+  const words = (cell, k) => (symbols.has(k) ? formula(cell) : [cell]);
+  const cells = (tag) => (row) => make("tr", {}, ...row.map((cell, k) => make(tag, {}, ...words(cell, k))));
   const head = heads.length ? [heads].map(cells("th")) : [];
   const label = heads.filter(Boolean).join(", ") || "facts";
   const scrolls = {class: "scrolls", tabindex: 0, role: "group", "aria-label": label};
   const table = make("div", scrolls, make("table", {}, ...head, ...rows.map(cells("td"))));
-  const list = make("ul", {}, ...lines.map((words) => make("li", {}, words)));
+  const list = make("ul", {}, ...lines.map((text) => make("li", {}, text)));
   const parts = [...(rows.length ? [table] : []), note, ...(lines.length ? [list] : [])];
-  return make("details", {open: ""}, make("summary", {}, title), ...parts);
+  return make("details", {open: ""}, make("summary", {}, ...formula(title)), ...parts);
 }

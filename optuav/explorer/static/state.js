@@ -229,7 +229,7 @@ export class Session {
 
   #point({plane, controls}) {
     const control = controls.find(({key, axis}) => `${key}|${axis}` === this.last);
-    return {best: plane.best, from: control && [control.value, control.unit]};
+    return {best: plane.best, from: control && [control.value / control.scale, control.unit]};
   }
 
   // Changes. The address has states that were answered without a fault: a link opens what was seen.

@@ -13,10 +13,12 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
   const [end, most] = axes ?? wells.axes;
   const strip = 1.55 * size; // Height of the phases
   const top = TOP_PX + strip + 4;
-  const rows = d3.transpose([wells.time_s, wells.bound_As, wells.total_As, wells.upper_As])
+  const rows = d3.transpose([wells.time_s, wells.bound_Ah, wells.total_Ah, wells.upper_Ah])
     .map(([time, bound, total, upper]) => ({time, bound, total, upper}));
   const levels = steps(most, 5, height < 11 * size);
-  const highest = HEADROOM * most * (1 - (1.6 * size) / (height - top - 2.2 * size)); // Below the unit
+  const lowest = Math.min(0, d3.min(wells.total_Ah));
+  const most_y = HEADROOM * most;
+  const highest = most_y - ((most_y - lowest) * 1.6 * size) / (height - top - 2.2 * size); // Below the unit
   const rings = verdict.good ? wells.empty_s : [];
   const phases = wells.phases.map(({kind, at, start_s}) =>
     `${kind} ${kind === "flight" ? "to" : "at"} ${at} from ${start_s.toFixed(0)} s`);
@@ -24,7 +26,7 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
     margins: [top, 12 * u, 2.2 * size, Math.max(4.3 * size, wide(grouped(most), size) + 8)],
     label: `Charge in both wells over time: ${phases.join("; ")}. ${verdict.text}`,
     x: {domain: [0, end]},
-    y: {domain: [Math.min(0, d3.min(wells.total_As)), HEADROOM * most]},
+    y: {domain: [lowest, most_y]},
     clip: true,
     marks: [
       Plot.gridY(levels, GRID),
@@ -37,7 +39,7 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
   const narrow = width < NARROW_WELLS_PX * u;
   writeUnits(picture, steps(end, 7, narrow), end);
   drawPhases(picture, wells.phases, strip);
-  nameAll({picture, wells, verdict, rows, rings, end, narrow, last: Math.min(rows.at(-1).time, end)});
+  nameAll({picture, wells, rows, rings, end, narrow, last: Math.min(rows.at(-1).time, end)});
   return (moment) => drawPlayhead(picture, moment, strip, moment === wells.dry_s);
 }
 
@@ -54,16 +56,16 @@ function charges({dry_s: dry}, rows) {
 
 // Levels and moments that matter, and rings where the available well is just empty.
 function limits(wells, rows, rings, {end, top, u}) {
-  const {dry_s, overfull_s, deadline_s, full_As, least_As, holds_s, low} = wells;
+  const {dry_s, overfull_s, deadline_s, full_Ah, least_Ah, holds_s, low} = wells;
   const rule = (mark, at, role, options) => cased(role, u).map((look) => mark([at], {...look, ...options}));
   const over = {insetTop: -4, clip: false};
   const empty = rings.map((time) => [time, rowAt(rows, time).bound]);
   return [
     Plot.line(rows, {x: "time", y: "upper", stroke: colour("rim"), strokeWidth: 1.25 * u}),
-    rule(Plot.ruleY, full_As, "overfull"),
-    cased("charge", u).map((look) => Plot.line(holds_s.map((time) => [time, least_As]), look)),
+    rule(Plot.ruleY, full_Ah, "overfull"),
+    cased("charge", u).map((look) => Plot.line(holds_s.map((time) => [time, least_Ah]), look)),
     deadline_s <= end && rule(Plot.ruleX, deadline_s, "deadline", {insetTop: TOP_PX - top, clip: false}),
-    Plot.dot(low, {x: "time_s", y: "charge_As", r: 5 * u, fill: colour("dry")}),
+    Plot.dot(low, {x: "time_s", y: "charge_Ah", r: 5 * u, fill: colour("dry")}),
     Plot.dot(empty, {r: 5 * u, fill: colour("panel"), stroke: colour("dry"), strokeWidth: 2.5 * u}),
     overfull_s !== null && rule(Plot.ruleX, overfull_s, "overfull", over),
     dry_s !== null && rule(Plot.ruleX, dry_s, "dry", over),
@@ -77,7 +79,7 @@ function rowAt(rows, moment) {
 
 function writeUnits(picture, hours, end) {
   const {x, top, bottom, size, axis} = picture;
-  picture.write({x: x(0) - 5, y: top + 0.7 * size, words: "A s", anchor: "end", ...axis});
+  picture.write({x: x(0) - 5, y: top + 0.7 * size, words: "Ah", anchor: "end", ...axis});
   for (const hour of hours) {
     const words = hour === hours.at(-1) ? `${grouped(hour)} s` : grouped(hour);
     const anchor = hour === end ? "end" : "middle"; // Not beyond the picture
@@ -109,13 +111,28 @@ function nameAll(view) {
     if (time !== null && time <= end) picture.keep([x(time), (top + bottom) / 2], 7 * u, (bottom - top) / 2);
   }
   for (const time of rings) picture.keep([x(time), y(rowAt(rows, time).bound)], 9 * u, 16 * u);
+  nameCut(view);
   nameFull(view);
   picture.avoid(dots(rows.map(({time, upper}) => [x(time), y(upper)])));
   if (wells.dry_s !== null) nameDry(view);
   else if (rings.length) nameEmpty(view);
-  if (wells.low.length) nameLow(view);
+  if (wells.low.length && !(wells.alone && wells.dry_s !== null)) nameLow(view);
   nameWells(view);
   nameSpare(view);
+}
+
+// What lies beyond the axes: the highest charge, and the end of the plan.
+function nameCut({picture, rows, end}) {
+  const {x, y, top, right, size, u} = picture;
+  const highest = d3.greatest(rows.filter(({time}) => time <= end), ({upper}) => upper);
+  if (y(highest.upper) < top - 1) {
+    const words = `up to ${grouped(Number(highest.upper.toPrecision(3)))} Ah`;
+    picture.beyond([Math.max(x(highest.time), x(0) + 4 * size), y(highest.upper)], words, {fill: "overfull"});
+  }
+  const {time} = rows.at(-1);
+  if (x(time) > right + 1) {
+    picture.beyond([x(time), top + 3 * size * u], `until ${grouped(Math.round(time))} s`, {fill: "ink"});
+  }
 }
 
 // Writes words between two levels of the charge that are so many lines apart, as near to a pixel as it can.
@@ -133,32 +150,32 @@ function nameBand({picture, rows}, words, {lower, upper, apart, ...look}, near, 
 
 // Names of both wells, and the charge that must stay: in the bound well, or else on its line.
 function nameWells(view) {
-  const {picture, wells: {least, least_As, always, holds_s, dry_s}, last, end} = view;
+  const {picture, wells: {least, least_Ah, always, holds_s, dry_s}, last, end} = view;
   const {x, y, u} = picture;
   const inWell = {lower: ({bound}) => bound, upper: ({upper}) => upper, apart: 2.6, ...ON_DARK};
-  const inBound = {lower: () => least_As, upper: ({bound}) => bound, apart: 0.8, ...ON_FILL};
+  const inBound = {lower: () => least_Ah, upper: ({bound}) => bound, apart: 0.8, ...ON_FILL};
   const start = x(0) + 40 * u;
   const well = nameBand(view, "available well", inWell, start, last);
   nameBand(view, "bound well", inBound, well?.x ?? start, last);
-  if (least_As <= 0) return;
+  if (least_Ah <= 0) return;
   const when = always ? "at every landing" : "at the end";
   const short = `${least} must remain`;
   const choices = [`${least} of the charge must remain ${when}`, `${short} ${when}`, short];
   const until = dry_s ?? last;
   const near = always ? x(0.45 * end) : x(holds_s[0]);
   for (const words of choices) if (nameBand(view, words, inBound, near, until)) return;
-  const level = {y: y(least_As) - 6, anchor: always ? "start" : "end"};
+  const level = {y: y(least_Ah) - 6, anchor: always ? "start" : "end"};
   const from = always ? x(0) + 6 : x(last);
   const on = d3.range(x(0) + 6, x(last), 20).map((px) => ({...level, x: px, cost: Math.abs(px - from)}));
   picture.put([short], on, {...STRONG, fill: "charge"});
 }
 
 // The full battery and the moment past it, where words have room below the phases.
-function nameFull({picture, wells: {full_As, overfull_s}, end, narrow}) {
+function nameFull({picture, wells: {full_Ah, overfull_s}, end, narrow}) {
   const {x, y, top, size, u} = picture;
-  if (y(full_As) - top <= size) return;
+  if (y(full_Ah) - top <= size) return;
   const look = {...STRONG, fill: "overfull", needed: false};
-  const spot = (px, anchor) => ({x: px, y: y(full_As) - 6 * u, anchor, cost: x(end) - px});
+  const spot = (px, anchor) => ({x: px, y: y(full_Ah) - 6 * u, anchor, cost: x(end) - px});
   const spots = d3.range(x(end) - 8 * u, x(0), -size).map((px) => spot(px, "end"));
   picture.put(["full"], spots, {...look, symbol: "B"});
   if (overfull_s === null) return;
@@ -168,11 +185,12 @@ function nameFull({picture, wells: {full_As, overfull_s}, end, narrow}) {
 }
 
 // Where the available well is empty, and why.
-function nameDry({picture, wells, verdict: {event, reason}, rows, narrow}) {
+function nameDry({picture, wells, rows, narrow}) {
   const {x, y, top, size, u} = picture;
+  const {event, reason} = wells;
   const at = x(wells.dry_s);
   const side = at - x(0) > size * 14 ? {x: at - 8 * u, anchor: "end"} : {x: at + 8 * u, anchor: "start"};
-  const spot = {...side, y: Math.max(y(wells.full_As), top) + 1.7 * size};
+  const spot = {...side, y: Math.max(y(wells.full_Ah), top) + 1.7 * size};
   const reach = x.invert(side.x - wide(reason, size));
   const free = side.anchor === "start" || y(rowAt(rows, reach).upper) > spot.y + 1.5 * size;
   picture.put([`✕ ${event}`, ...(narrow || !free ? [] : [reason])], [spot], {fill: "dry", weight: 700});
@@ -191,25 +209,33 @@ function nameEmpty({picture, wells: {deadline_s}, rows, rings, end, narrow}) {
 }
 
 // A landing with less than the reserve, the first of several.
-function nameLow({picture, wells: {low: [{time_s, charge_As, words}]}, narrow}) {
+function nameLow({picture, wells: {low: [{time_s, charge_Ah, words}]}, narrow}) {
   const {x, y, size, u} = picture;
   const said = narrow ? words.split("; ")[0] : words;
   const starts = x(time_s) + wide(said, size, 600) < picture.right;
   const side = starts ? {x: x(time_s) + 8 * u, anchor: "start"} : {x: x(time_s) - 8 * u, anchor: "end"};
-  const spot = {...side, y: y(charge_As) - 10 * u};
+  const spot = {...side, y: y(charge_Ah) - 10 * u};
   picture.put([said], [spot], {...STRONG, fill: "dry"});
 }
 
 // The time before the deadline, where no other words are.
-function nameSpare({picture, wells: {spare_s, full_As, deadline_s}, end, last, narrow}) {
+function nameSpare({picture, wells: {spare_s, full_Ah, deadline_s}, end, last, narrow}) {
   const {x, y, size, u} = picture;
-  if (spare_s <= SPARE_S) return;
+  if (spare_s < -SPARE_S) return nameLate(picture, -spare_s, x(Math.min(end, deadline_s)));
+  if (spare_s <= SPARE_S || deadline_s > end) return;
   const margin = (narrow ? 4 : 10) * u;
-  const spot = {x: x(Math.min(end, deadline_s)) - margin, y: y(0.62 * full_As), anchor: "end"};
+  const spot = {x: x(Math.min(end, deadline_s)) - margin, y: y(0.62 * full_Ah), anchor: "end"};
   const choices = [`${spare_s.toFixed(0)} s before the deadline`, `${spare_s.toFixed(0)} s to spare`];
   const words = choices.slice(narrow ? 1 : 0)
     .find((choice) => wide(choice, size) < x(end) - x(last) - 1.5 * margin);
   if (words) picture.put([words], [spot], {fill: "muted", needed: false});
+}
+
+// A flight that is too long for the deadline.
+function nameLate(picture, late_s, at) {
+  const {top, size, u} = picture;
+  const spot = {x: at - 8 * u, y: top + 1.7 * size, anchor: "end"};
+  picture.put([`✕ ${late_s.toFixed(0)} s after the deadline`], [spot], {...STRONG, fill: "deadline"});
 }
 
 // Behind words, so that they are read where it stands.
