@@ -286,7 +286,7 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
             lines.append(stay if stop.duration_s > 0.0 else "passes by")
         labels.append(style.Label("\n".join(lines), (x, y)))
     written, mission = {label.at for label in labels}, shown.mission
-    scenery = [style.Label("device $\\mathbf{w}_u$", mission.link.device_m[:2])]
+    scenery = [style.Label("device $\\mathbf{w}_u$", mission.device_m[:2])]
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
     for building in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
@@ -393,7 +393,7 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.0)
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
-    device = mission.link.device_m[:2]
+    device = mission.device_m[:2]
     if math.isfinite(radius_m := shown.disc_radius_m):
         radius_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device).max()))
         disc = Circle(device, radius_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
@@ -420,7 +420,7 @@ def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
     mission, entries = shown.mission, draw_buildings(ax, shown, walls)
     device: Look = {"color": GREEN, "markersize": 6, "zorder": 4, "label": "ground device"}
-    entries += ax.plot(*mission.link.device_m[:2], "^", **device)
+    entries += ax.plot(*mission.device_m[:2], "^", **device)
     if mission.laser is not None:
         source = mission.laser.position_m[:2]
         entries += ax.plot(*source, "*", color=LASER, markersize=9, zorder=4, label="laser")
