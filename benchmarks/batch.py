@@ -82,7 +82,7 @@ def towns(mission: Mission) -> list[Row]:
 
 def columns(mission: Mission, count: int, *moving: str) -> dict[str, Floats]:
     """Drawn deadlines and sizes, and on demand masses, winds and places of the device."""
-    draw, (x, y, _) = np.random.default_rng(0), mission.link.device_m
+    draw, (x, y, _) = np.random.default_rng(0), mission.device_m
     found = {
         "limits.deadline_s": draw.uniform(600.0, 3000.0, count),
         "battery.capacity_As": draw.uniform(30e3, 45e3, count),

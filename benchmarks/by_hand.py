@@ -240,7 +240,7 @@ class ByHand:
         mission, position_m = self.mission, self.network.places.position_m
         altitude_m = mission.limits.min_altitude_m
         reach_m = float(coverage_radius_m(mission))
-        radius = np.sqrt(reach_m**2 - (altitude_m - mission.link.device_m[2]) ** 2)
+        radius = np.sqrt(reach_m**2 - (altitude_m - mission.device_m[2]) ** 2)
         ends = position_m[[ORIGIN, DESTINATION]]
         middle = ends.mean(axis=0)
         angle = np.arctan2(middle[1] - device_y_m, middle[0] - device_x_m)

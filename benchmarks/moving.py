@@ -62,12 +62,12 @@ def run() -> list[Row]:
 def _devices_m(town: Mission, count: int) -> Floats:
     """Places of the device around its own (device, 3) [m]."""
     aside_m = np.random.default_rng(0).uniform(-200.0, 200.0, (count, 2))
-    return np.array(town.link.device_m) + np.column_stack([aside_m, np.zeros(count)])
+    return np.array(town.device_m) + np.column_stack([aside_m, np.zeros(count)])
 
 
 def _sites_m(town: Mission, count: int) -> Floats:
     """Sites of the laser (site, 3) [m], by the way of the drone."""
-    x_m, y_m, _ = town.link.device_m
+    x_m, y_m, _ = town.device_m
     aside_m = np.random.default_rng(1).uniform(-400.0, 400.0, (count, 2))
     return np.column_stack([aside_m + np.array([x_m, y_m - 500.0]), np.full(count, HEIGHT_M)])
 
@@ -86,7 +86,7 @@ def _placed(missions: Sequence[Mission], sites_m: Floats, lasers: int) -> optuav
 
 def _map(town: Mission, over: str) -> object:
     """A map of 100 points."""
-    x_m, y_m, _ = town.link.device_m
+    x_m, y_m, _ = town.device_m
     y_m -= 500.0 if over == "laser" else 0.0
     bounds = x_m - 450.0, y_m - 450.0, x_m + 450.0, y_m + 450.0
     height_m = HEIGHT_M if over == "laser" else None

@@ -109,7 +109,7 @@ def one_by_one(mission: Mission) -> list[int]:
 
 def _lit(town: Mission, height_m: float) -> Mission:
     """A town with its laser at a height [m]."""
-    x_m, y_m, _ = town.link.device_m
+    x_m, y_m, _ = town.device_m
     return town.replace({"laser.position_m": (x_m - 100.0, y_m - 500.0, height_m)})
 
 

@@ -18,7 +18,7 @@ from optuav.flight.rotors import Rotors
 from optuav.laser.beam import LaserTable
 from optuav.laser.fits import CONVERSIONS
 from optuav.mission import Mission
-from optuav.mission.forms import CHOICES, TABLES, KeyedForms, forms
+from optuav.mission.forms import CHOICES, LISTS, TABLES, KeyedForms, forms
 from optuav.mission.messages import range_in_words
 
 PAGE = Path(__file__).parent / "mission-keys.md"
@@ -32,6 +32,7 @@ INSTEAD = {
     **dict.fromkeys(CONVERSIONS[810], "by the wavelength"),
     **dict.fromkeys(("radius_m", "cell_efficiency"), 'needed by "gaussian"'),
     "area_m2": 'needed by "divergence"',
+    "device_m": "state [[devices]]",
     **{key.removeprefix("body."): "needed by rotors" for key in Rotors.needs if "." in key},
 }
 """What holds where a key is left out whose field has no default that tells."""
@@ -90,7 +91,7 @@ def sections() -> Iterator[str]:
     )
     for name in TABLES:
         model = FlightTable if name == "flight" else forms(name)[0]
-        title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
+        title = f"[[{name}]]" if name in LISTS else f"[{name}]"
         yield from (f"## {title}", "", summary(model), "")
         if choice := CHOICES.get(name):
             yield from choices(choice, FlightTable if name == "flight" else LaserTable)

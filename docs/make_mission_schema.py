@@ -16,7 +16,7 @@ from optuav.flight.model import FLIGHTS
 from optuav.laser.beam import BEAMS
 from optuav.laser.fits import CONVERSIONS
 from optuav.mission import Mission
-from optuav.mission.forms import CHOICES, SCHEMA, SECTIONS, TABLES, forms
+from optuav.mission.forms import CHOICES, LISTS, SCHEMA, SECTIONS, TABLES, forms
 
 FILE = Path(__file__).parents[1] / "optuav" / "mission" / "mission.schema.json"
 
@@ -41,7 +41,7 @@ def json_schema() -> dict[str, Any]:
             properties[key] = {"description": words, **properties[key]}
     definitions["Laser"]["properties"].pop("beam")  # It has none
     for name, definition in definitions.items():
-        if name != "Building":
+        if name not in ("Building", "Device"):
             definition.pop("required", None)
     for name, twins in _TWINS.items():
         for form in forms(name):
@@ -69,12 +69,17 @@ def json_schema() -> dict[str, Any]:
             "schema": {"description": "Version of the format.", "const": SCHEMA},
             "extends": {
                 "description": "Shipped mission, or path relative to this file, that this file "
-                "changes; [[buildings]] replace the list.",
+                "changes; [[buildings]] and [[devices]] replace the list.",
                 "type": "string",
             },
             "buildings_file": {
                 "description": "Table of buildings in place of [[buildings]], by its path relative "
                 "to this file: .csv, .parquet, .gpkg or .geojson, in metres.",
+                "type": "string",
+            },
+            "devices_file": {
+                "description": "Table of devices in place of [[devices]], by its path relative to "
+                "this file: .csv or .geojson, in metres.",
                 "type": "string",
             },
             **properties,
@@ -90,7 +95,7 @@ def _complete() -> dict[str, Any]:
     tables: dict[str, dict[str, Any]] = {
         name: {"required": [key for key in _required(section) if key not in _ALTERNATIVES]}
         for name, section in SECTIONS.items()
-        if name not in ("wind", "buildings", "receiver")
+        if name not in ("wind", *LISTS, "receiver")
     }
     for name, twins in _TWINS.items():
         tables[name]["anyOf"] = [{"required": [twin]} for twin in twins]

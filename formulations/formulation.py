@@ -3,7 +3,7 @@
 import math
 import operator
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import lru_cache, reduce
@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from formulations.parameters import QUANTITIES, Landing, Quantities
+from formulations.parameters import QUANTITIES, Covered, Hover, Landing, Quantities
 from formulations.soc import (
     AVAILABLE,
     LABELS,
@@ -24,7 +24,7 @@ from formulations.soc import (
 from optuav.arrays import Values
 from optuav.errors import InputError, nearest
 from optuav.modelling import Expression, Model, Parameter, Variable
-from optuav.modelling.expression import Operand
+from optuav.modelling.expression import Indexed, Operand, Share
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.options import Order, Perspective, Trajectory
@@ -92,6 +92,8 @@ class Given(Quantities):
                 ]
                 steps[n - 1] = Stage(*named)
         symbols |= {"steps": tuple(steps), "landings": named_landings(quantities.landings)}
+        symbols |= {"hovers": tuple(_named_hovers(quantities.hovers))}
+        symbols |= {"covered": tuple(_named_covered(quantities.covered))}
         return cls(**symbols, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
@@ -134,7 +136,7 @@ class Given(Quantities):
         """
         end = self.soc_end(hover, rest) >= self.min_soc
         model.subject_to(label, end, kind="state of charge")
-        for landing, moment in zip(self.landings, landing_moments(self.landings), strict=True):
+        for landing, moment in zip(self.landings, landing_moments(self), strict=True):
             left = soc_on_landing(self, self.perspective, landing, hover, rest) >= self.min_soc
             model.subject_to(label, left, kind="state of charge", moment=moment)
 
@@ -231,7 +233,15 @@ class Formulation(ABC):
         landings = tuple(
             landing._replace(charge_As=NAN, energy_J=NAN) for landing in quantities.landings
         )
-        kind = perspective, quantities.tapers, quantities.rests, stated, steps, landings
+        for n, hover in enumerate(quantities.hovers, start=1):
+            figures = hover.current_A, hover.received_W
+            values |= {name.format(n): x for name, x in zip(OF_HOVER, figures, strict=True)}
+        for n, point in enumerate(quantities.covered, start=1):
+            values |= {name.format(n): x for name, x in zip(OF_POINT, point[1:], strict=True)}
+        hovers = tuple(hover._replace(current_A=NAN, received_W=NAN) for hover in quantities.hovers)
+        covered = tuple(Covered(point.device, NAN, NAN) for point in quantities.covered)
+        devices = hovers, covered
+        kind = perspective, quantities.tapers, quantities.rests, stated, steps, landings, devices
         pattern = _pattern(self, *kind)
         if quantities.tapers:
             # Which of its terms cancel is known of numbers alone.
@@ -251,6 +261,33 @@ def named_landings(landings: Sequence[Landing], suffix: str = "") -> tuple[Landi
     )
 
 
+OF_HOVER = ("hover_current_A[{}]", "hover_received_W[{}]")
+OF_POINT = ("hover_distance_m[{}]", "hover_altitude_m[{}]")
+"""Names of the figures of a hover over one of several devices, and of its hover point."""
+
+
+def _named_hovers(hovers: Sequence[Hover]) -> Iterator[Hover]:
+    """Symbols for the hovers over several devices; a share stays the number that it is."""
+    for n, (share, current_A, received_W) in enumerate(hovers, start=1):
+        current, received = (name.format(n) for name in OF_HOVER)
+        yield Hover(
+            Share(f"share[{n}]", Indexed("s", n), "1", share, varies=False),
+            Parameter(current, Indexed("I_hv", n), "A", current_A),
+            Parameter(received, Indexed("P_0,hv", n), "W", received_W),
+        )
+
+
+def _named_covered(covered: Sequence[Covered]) -> Iterator[Covered]:
+    """Symbols for the hover points of several devices."""
+    for n, (device, distance_m, altitude_m) in enumerate(covered, start=1):
+        distance, altitude = (name.format(n) for name in OF_POINT)
+        yield Covered(
+            device,
+            Parameter(distance, Indexed("d", n), "m", distance_m),
+            Parameter(altitude, Indexed("z", n), "m", altitude_m),
+        )
+
+
 NAN = math.nan  # One object, as NaN is equal to itself by identity alone
 RESERVE = "limits.min_soc"  # Key of the charge that must be left
 FLOWN = Stage(NAN, NAN)  # A stage of flight in a pattern
@@ -265,10 +302,13 @@ def _pattern(
     stated: tuple[str, ...],
     steps: tuple[Stage | str, ...],
     landings: tuple[Landing, ...],
+    devices: tuple[tuple[Hover, ...], tuple[Covered, ...]],
 ) -> Model:
     """A formulation of the package over NaN, of which all its models of a kind are copies."""
     numbers: Any = {q.name: NAN if q.name in stated else None for q in QUANTITIES}
+    hovers, covered = devices
     kind: Any = {"steps": steps, "landings": landings, "tapers": tapers, "rests": rests}
+    kind |= {"hovers": hovers, "covered": covered}
     quantities = Quantities(**numbers, **kind)
     return _declared(formulation, Given.of(quantities, perspective))
 

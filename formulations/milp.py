@@ -143,7 +143,7 @@ def _rows(option: _Option) -> Iterator[_Row]:
     least_s, most_s = route.hover_s
     charge = given.min_soc, "1", "state of charge"
     yield _Row("P1.b state of charge", given.soc_end, ">=", *charge)
-    for landing, moment in zip(given.landings, landing_moments(given.landings), strict=True):
+    for landing, moment in zip(given.landings, landing_moments(given), strict=True):
         left = partial(soc_on_landing, given, given.perspective, landing)
         yield _Row(f"P1.b state of charge {moment}", left, ">=", *charge)
     if math.isinf(most_s):

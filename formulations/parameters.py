@@ -39,6 +39,23 @@ class Landing(NamedTuple):
     step: int  # Number of the step that ends there, from 0; -1 without steps
 
 
+class Hover(NamedTuple):
+    """A part of the hover time, over one of several devices, in flight order."""
+
+    share: Operand  # Of Δ
+    # As hover_current_A and hover_received_W, at its hover point.
+    current_A: Operand
+    received_W: Operand
+
+
+class Covered(NamedTuple):
+    """One of several devices with its hover point, in the mission's order."""
+
+    device: str
+    distance_m: Operand  # Of the hover point from the device
+    altitude_m: Operand  # Of the hover point
+
+
 @dataclass(frozen=True, kw_only=True)
 class Quantities:
     """Numbers of an itinerary, or arrays with one entry an itinerary, or symbols for them."""
@@ -85,6 +102,10 @@ class Quantities:
     tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
     landings: Sequence[Landing] = ()  # At which η0 must be left as well, in order
+    # With several devices: the hovers, which the "hover" among the steps are one after the other,
+    # where the way counts; and all devices. The figures of hovering are then means by shares.
+    hovers: Sequence[Hover] = ()
+    covered: Sequence[Covered] = ()
     # Numbers by name, of a vector by component as ``laser_position_m[2]``; made when asked for
     numbers: Callable[[], Mapping[str, MissionFigure]] = field(
         default=dict, repr=False, compare=False

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 from formulations.parameters import Landing, Quantities
 from optuav.modelling import Expression, Let, Relation
 from optuav.modelling.expression import Bounded, Call, Indexed, Operand, PartedLabel
+from optuav.modelling.forms import part
 from optuav.options import Perspective
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
@@ -115,9 +116,21 @@ def soc_on_landing(
     if perspective == "wells" or (given.tapers and perspective == AVAILABLE):
         return wells_after_steps(given, hover, rest)[landing.step].total_As / given.battery_As
     flown = {"flight_charge_As": landing.charge_As, "flight_energy_J": landing.energy_J}
+    if given.hovers:
+        flown |= hovered_before(given, landing.stays.count("hover"))
     before = zip(STAYS, (hover, rest), strict=True)
     times = (time if stay in landing.stays else 0.0 for stay, time in before)
     return soc_after(replace(given, **flown), perspective, *times)
+
+
+def hovered_before(given: Quantities, count: int) -> dict[str, Operand]:
+    """Figures of the first hovers over several devices, by the second of all hover time Δ."""
+    before = given.hovers[:count]
+    return {
+        "hover_current_A": sum(each.share * each.current_A for each in before),
+        "hover_power_W": given.hover_power_W * sum(each.share for each in before),
+        "hover_received_W": sum(each.share * each.received_W for each in before),
+    }
 
 
 def start_charge(whole: Battery, given: Quantities) -> Tilted:
@@ -139,10 +152,12 @@ def wells_after_steps(given: Quantities, hover: Operand, rest: Operand) -> Seque
             return known
     whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     charge, found = start_charge(whole, given), list[Wells]()
-    hovers, rests = Stage(-given.hover_current_A, hover), Stage(given.rest_current_A, rest)
-    stays = {"hover": hovers, "rest": rests}
+    hovers = [Stage(-given.hover_current_A, hover)]
+    if given.hovers:
+        hovers = [Stage(-each.current_A, part(each.share, hover)) for each in given.hovers]
+    stays = {"hover": iter(hovers), "rest": iter([Stage(given.rest_current_A, rest)])}
     for n, step in enumerate(given.steps, start=1):
-        stay, stage = (step, stays[step]) if isinstance(step, str) else ("", step)
+        stay, stage = (step, next(stays[step])) if isinstance(step, str) else ("", step)
         tapers = given.tapers and stay != ""
         if tapers:
             words = f"after the {stay}, whose current tapers once y1 = ωB"
@@ -211,10 +226,13 @@ class StepEnd(NamedTuple):
     stay: str  # "hover" or "rest"; empty for a stage of flight
     lands: bool  # Whether a flight ends
     ahead: str = ""  # The stay that follows a landing: "hover" or "rest"
+    hover: int = 0  # Number of that hover from 1, or of the one that ends, of several devices
 
     @property
     def parts(self) -> tuple[object, ...]:
         """Label, see `PartedLabel`."""
+        if self.hover:
+            return *(("after", "hover") if self.stay else ("on", "reaching", "hover")), self.hover
         if self.stay:
             return "after", "the", self.stay
         if self.ahead:
@@ -225,13 +243,15 @@ class StepEnd(NamedTuple):
         return PartedLabel(*self.parts)
 
 
-def landing_moments(landings: Sequence[Landing]) -> Iterator[StepEnd]:
-    """The moments of the landings of an itinerary with one hover and at most one rest."""
+def landing_moments(given: Quantities) -> Iterator[StepEnd]:
+    """The moments of the landings of an itinerary, which hovers as often as it has devices."""
+    landings, hovers = given.landings, len(given.hovers) or 1
     for flight, landing in enumerate(landings, start=1):
-        ahead = "rest" if "hover" in landing.stays else "hover"
+        ahead = "rest" if landing.stays.count("hover") == hovers else "hover"
         if flight < len(landings):
             ahead = landings[flight].stays[-1]
-        yield StepEnd(flight, 0, "", True, ahead)
+        number = landing.stays.count("hover") + 1 if given.hovers and ahead == "hover" else 0
+        yield StepEnd(flight, 0, "", True, ahead, number)
 
 
 class WellLimit(NamedTuple):
@@ -245,14 +265,16 @@ class WellLimit(NamedTuple):
 
 def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[WellLimit]:
     """Limits that keep y1/B within 0 and ω after every step, in order."""
-    flight, stage, last = 1, 0, len(given.steps) - 1
+    flight, stage, last, hovers = 1, 0, len(given.steps) - 1, 0
     ends = zip(given.steps, wells_after_steps(given, hover, rest), strict=True)
     for number, (step, level) in enumerate(ends):
         share = level.available_As / given.battery_As
         stay = step if isinstance(step, str) else ""
         stage = 0 if stay else stage + 1
         lands = not stay and (number == last or isinstance(given.steps[number + 1], str))
-        moment = StepEnd(flight, stage, stay, lands)
+        hovers += stay == "hover"
+        hover_number = hovers if given.hovers and stay == "hover" else 0
+        moment = StepEnd(flight, stage, stay, lands, hover=hover_number)
         flight += bool(stay)
         yield WellLimit("dry", number, moment, Relation(share, ">=", 0.0))
         if stay and not given.tapers:

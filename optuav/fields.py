@@ -106,6 +106,17 @@ def _listed(value: object) -> object:
 
 Listed = BeforeValidator(_listed)
 
+
+def _not_empty(value: object) -> object:
+    """A list that is stated has entries; none at all is the default, an empty tuple."""
+    if isinstance(value, list) and not value:
+        raise ValueError("an empty list")
+    return value
+
+
+NotEmpty = BeforeValidator(_not_empty)
+MOST_DEVICES = 100
+
 # Text
 Name = Annotated[
     str,

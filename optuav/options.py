@@ -2,7 +2,7 @@
 
 from typing import Literal, TypeAlias, get_args
 
-Order: TypeAlias = Literal["rest-first", "hover-first"]
+Order: TypeAlias = Literal["rest-first", "between", "hover-first"]
 Trajectory: TypeAlias = Literal["optimal", "direct", "traj1", "traj2"]
 HoverPoint: TypeAlias = Literal["w_U", "free"]
 Speed: TypeAlias = Literal["mission", "free"]
@@ -17,7 +17,8 @@ KeepSoc: TypeAlias = Literal["end", "always"]
 Obstacles: TypeAlias = Literal["refuse", "ignore", "over", "around"]
 
 LONGEST_HOVER = ("P1", "P3", "P4")  # Problems that ask for the longest hover
-ORDERS: tuple[Order, ...] = get_args(Order)
+ORDERS: tuple[Order, ...] = ("rest-first", "hover-first")
+ORDERS_OF_SEVERAL: tuple[Order, ...] = get_args(Order)  # With several devices
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
 SPEEDS: tuple[Speed, ...] = get_args(Speed)

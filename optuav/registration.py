@@ -19,7 +19,7 @@ from optuav.flight.model import FlightModel, FlightTable
 from optuav.laser import BEAMS
 from optuav.laser.beam import Beam, LaserTable
 from optuav.mission import Mission
-from optuav.mission.forms import CHOICES, SECTIONS, TABLES, forms, table_keys
+from optuav.mission.forms import CHOICES, SINGLE, TABLES, forms, table_keys
 from optuav.mission.messages import unlisted
 from optuav.plan.pictures import OF_THE_PACKAGE, PICTURES, Picture
 from optuav.plugins import GROUP, read_plugins
@@ -236,7 +236,7 @@ def _faults_of_methods(kind: type, base: type) -> Iterator[Fault]:
 
 def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fault]:
     """Parameters of a constructor that are no tables, or that a mission may not have."""
-    known = (*SECTIONS.keys() - {"buildings"}, "flight")
+    known = SINGLE
     parameters = signature(kind).parameters
     for name, parameter in parameters.items():
         place = f"{kind.__name__}({name})"

@@ -204,10 +204,10 @@ class LightReceiver(MissionSection):
 
 
 class Link(MissionSection):
-    """The radio link to the ground device."""
+    """The radio link to the ground device, or to each of several."""
 
-    device_m: Position
-    """Ground device w_u (x, y, z) [m]."""
+    device_m: Position | None = None
+    """Ground device w_u (x, y, z) [m]; of several devices each has its own in [[devices]]."""
     noise_power_W: Annotated[float, Range("W", ge=1e-30, le=1e9)]
     """Noise power N0 [W]."""
     transmit_power_W: Annotated[float, Range("W", ge=1e-12, le=1e9)]
@@ -229,6 +229,22 @@ class Wind(MissionSection):
     """Force of the wind on the UAV (x, y, z) [N]."""
     velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """Velocity of the wind (x, y, 0) [m/s]."""
+
+
+class Device(MissionSection):
+    """A ground device of several: the UAV hovers over each once, for its share of the hover time.
+
+    They replace `link.device_m` and `route.hover_m`; one alone is the same as these.
+    """
+
+    name: Name
+    """Name of the device, unique; not origin, hover, destination or a building's."""
+    position_m: Position
+    """Ground device w_u (x, y, z) [m]."""
+    hover_m: Position | None = None
+    """Its hover point (x, y, z) [m]; without it the point w_U that the link gives."""
+    share: Annotated[float, Range("-", gt=0, le=1)] | None = None
+    """Share of the hover time Δ [-]; all devices state it, adding up to 1, or none: then equal."""
 
 
 class Building(MissionSection):

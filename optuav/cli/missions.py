@@ -95,6 +95,8 @@ def _blocks(mission: Mission) -> Iterator[Block]:
     yield Note([f"{mission.name}  {mission.description}".rstrip()])
     sections = [item for item in vars(mission).items() if isinstance(item[1], MissionSection)]
     tables = {f"[{name}]": [*_settings(section)] for name, section in sections}
+    for device in mission.devices:
+        tables[f"[[devices]] {device.name}"] = [*_settings(device)]
     tables["derived"] = [(figure.name, figure.text, figure.unit) for figure in derived(mission)]
     parts = ([("", "", ""), (name, "", ""), *lines] for name, lines in tables.items())
     yield Table((), [*chain.from_iterable(parts)][1:], words=3)

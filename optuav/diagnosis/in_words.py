@@ -170,7 +170,7 @@ def when(moment: StepEnd, way: Sequence[str]) -> str:
         return f"{verb} the end of flight {moment.flight}"
     place = way[moment.flight]
     if moment.lands:
-        return on_landing(place)
+        return on_landing(place, hovers=moment.ahead == "hover" or place == "hover")
     names = {"hover": "the hover point", "destination": "the destination"}
     return f"in flight to {names.get(place, place)}"
 

@@ -36,8 +36,8 @@ from optuav.engines.rows import (
     bracket_root,
     levelled,
     rows_of,
+    split_by_share,
     stated_forms,
-    take_entries,
 )
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
@@ -80,18 +80,18 @@ def bracket_largest(
     Beyond the tops [s], one per programme, no row holds. With `any_point`, any point will do
     where the largest x takes long; programmes are skipped if plainly no x ≥ `least` holds.
     """
-    if not y_top.any():
+    if not y_top.any() and len(rows.shares) == 1:
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
         beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
         return Interval(x, 0.0 * x, beyond)
     x, y, beyond = _monotone(rows, x_top, y_top, np.asarray(least, float))
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
-        y[lost] = Rows(*take_entries(rows, lost)).at_x(x[lost]).end(y_top[lost], smallest=True)
+        y[lost] = rows.some(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
         lost = lost[np.isnan(y[lost])]
     if len(lost):
         x[lost], y[lost], beyond[lost] = _sweep(
-            Rows(*take_entries(rows, lost)), x_top[lost], y_top[lost], beyond[lost], any_point
+            rows.some(lost), x_top[lost], y_top[lost], beyond[lost], any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
@@ -103,9 +103,7 @@ def shortest(rows: Rows, bracketed: Interval, y_top: Floats) -> Floats:
     """
     y = bracketed.y.copy()
     here = np.flatnonzero(~np.isnan(bracketed.x))
-    smallest = (
-        Rows(*take_entries(rows, here)).at_x(bracketed.x[here]).end(y_top[here], smallest=True)
-    )
+    smallest = rows.some(here).at_x(bracketed.x[here]).end(y_top[here], smallest=True)
     y[here] = np.fmin(smallest, y[here])
     return y
 
@@ -122,9 +120,10 @@ def _monotone(
     falls, rising, sinking = rows.trends(x_top, y_top)
     helped, harmed = falls & rising, falls & sinking & ~rising
     harming = harmed.any(axis=1)
-    a, b, c, d, e, f = rows.weights[:, harming]
-    straight = harmed[harming] & (c == 0.0) & (e == 0.0) & (f == 0.0) & (d < 0.0)
-    fixed = harmed[harming] & (b == 0.0) & (c == 0.0) & (f == 0.0) & ~straight
+    a, b, d, e, c, f = split_by_share(rows.weights[:, harming])
+    level = (c == 0.0).all(axis=0) & (f == 0.0).all(axis=0)
+    straight = harmed[harming] & level & (e == 0.0) & (d < 0.0)
+    fixed = harmed[harming] & (b == 0.0) & level & ~straight
     ceilings = np.tile(y_top, (len(a), 1))  # Rows that are not fixed allow any y.
     row, number = np.nonzero(fixed)
     if len(row):
@@ -142,7 +141,7 @@ def _monotone(
     def margin(x: Floats, starts: Floats, slopes: Floats, *own: Floats) -> Floats:
         """Return the least slack of the rows at the largest y under the lines, not below 0."""
         y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
-        least: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
+        least: Floats = Rows.of(rows.shares, *own).at(x, y).min(axis=0, initial=np.inf)
         return least
 
     lines = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
@@ -172,7 +171,7 @@ def _sweep(
     for _ in range(MOST_BOXES):
         if not len(open_):
             break
-        here, top, high = Rows(*take_entries(rows, open_)), y_top[open_], beyond[open_]
+        here, top, high = rows.some(open_), y_top[open_], beyond[open_]
         low = np.maximum(high - size[open_], np.nan_to_num(x[open_]))
         empty = _empty(here, rising[:, open_], low, high, top)
         beyond[open_] = np.where(empty, low, high)
@@ -191,12 +190,12 @@ def _sweep(
 
     def margin(x: Floats, y: Floats, *own: Floats) -> Floats:
         """Return the least slack of the rows at the chosen y."""
-        least: Floats = Rows(*own).at(x, y).min(axis=0)
+        least: Floats = Rows.of(rows.shares, *own).at(x, y).min(axis=0)
         return least
 
     # With that y, a little farther as a rule.
     farthest, _ = bracket_root(
-        margin, x[known], beyond[known], EDGE_S, y[known], *take_entries(rows, known)
+        margin, x[known], beyond[known], EDGE_S, y[known], *rows.some(known).tables
     )
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
@@ -211,9 +210,7 @@ def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Float
     if len(left):
         reach_y = np.stack([smallest, over.end(y_top)])[:, left]
         x, reach_x = 0.5 * (low + high)[left], 0.5 * (high - low)[left]
-        most = _most(
-            Rows(*take_entries(rows, left)), rising[:, left], x, reach_x, reach_y, y_top[left]
-        )
+        most = _most(rows.some(left), rising[:, left], x, reach_x, reach_y, y_top[left])
         empty[left] = most < 0.0
     return empty
 
@@ -236,13 +233,21 @@ def _most(
     down = np.where(rising, np.inf, values).argmin(axis=0), programme
     paired = (slopes[up] > 0.0) & (slopes[down] < 0.0) & rising[up] & ~rising[down]
     gain, loss = np.where(paired, (slopes[up], -slopes[down]), np.nan)
-    _, b, c, _, e, f = both = loss * rows.weights[:, *up] + gain * rows.weights[:, *down]
-    V_low, V_high = levelled(kx, x - reach_x), levelled(kx, x + reach_x)
-    slope = b + (c + f * levelled(ky, y)) * np.exp(-kx * x)
-    bend_x = kx * -np.minimum(0.0, np.minimum(c, c + f * levelled(ky, y_top)))
-    bend_y = ky * -np.minimum(0.0, np.minimum(e + f * V_low, e + f * V_high))
-    bent = 0.5 * bend_x * reach_x**2 + np.abs(f) * reach_x * reach_y + 0.5 * bend_y * reach_y**2
-    here = Rows(both[:, None], kx, ky).at(x, y)[0]
+    both = loss * rows.weights[:, *up] + gain * rows.weights[:, *down]
+    _, slope, _, weight, cs, fs = split_by_share(both)
+    bent, least_weight = 0.0 * slope, weight
+    W, W_top = levelled(ky, y), levelled(ky, y_top)
+    ends = rows.levelled(x - reach_x), rows.levelled(x + reach_x)
+    for s, c, f, V_low, V_high in zip(rows.shares, cs, fs, *ends, strict=True):
+        k = kx if s == 1.0 else s * kx
+        by_x = (c + f * W) * np.exp(-k * x)
+        slope = slope + (by_x if s == 1.0 else s * by_x)
+        bend_x = k * -np.minimum(0.0, np.minimum(c, c + f * W_top))
+        of_share = 0.5 * bend_x * reach_x**2 + np.abs(f) * reach_x * reach_y
+        bent = bent + (of_share if s == 1.0 else s * of_share)
+        least_weight = least_weight + np.minimum(f * V_low, f * V_high)
+    bent = bent + 0.5 * (ky * -np.minimum(0.0, least_weight)) * reach_y**2
+    here = Rows(both[:, None], kx, ky, rows.shares).at(x, y)[0]
     most: Floats = here + np.abs(slope) * reach_x + bent
     return most
 
@@ -350,7 +355,7 @@ def _tapered(
 
     def most(x: Floats, which: Integers) -> Floats:
         """Largest y under the other rows."""
-        return Rows(*take_entries(others, which)).at_x(x).end(tops[1][which])
+        return others.some(which).at_x(x).end(tops[1][which])
 
     def along_most(x: Floats, which: Integers) -> Floats:
         return margin(x, most(x, which), which)

@@ -4,6 +4,10 @@ With V = (1 − exp(−kx))/k and W = (1 − exp(−ky))/k a row is g = a + b x 
 the effect of phases of constant current on the wells of a battery, and of a deadline on the
 times. In x or y with the other fixed, g turns at most once; so it has at most two roots.
 
+Phases that take shares s of x have levellings V_s = (1 − exp(−ksx))/k of their own, and the row
+is g = a + b x + Σ c_s V_s + d y + (e + Σ f_s V_s) W. In y it turns at most once; in x it may more
+often. Bounds over a range of x are then sums of what each term is at most, or at least.
+
 References
 ----------
 .. [1] T. R. Chandrupatla, "A new hybrid quadratic/bisection algorithm for finding the zero of a
@@ -149,60 +153,125 @@ class Section(NamedTuple):
         return np.where(np.isfinite(best_y), best_y, np.nan)
 
 
-class Rows(NamedTuple):
-    """Weights (6, row, programme) of 1, x, V, y, W and V W; of 1 with the allowance for rounding.
+WHOLE = (1.0,)  # The only share of a time that phases take whole
 
-    The rates of the two times [1/s], one per programme, are not 0 but `TINY`.
+
+class Rows(NamedTuple):
+    """Weights of 1, x, y and W and, for every share of x, of V and V W; (…, row, programme).
+
+    In the order 1, x, V, y, W, V W where x is taken whole; with several shares V, and V W, stand
+    for one table each. That of 1 has the allowance for rounding. The rates of the two times [1/s],
+    one per programme, are not 0 but `TINY`.
     """
 
-    weights: Floats
+    weights: Floats  # (4 + 2 shares, row, programme)
     rate_x_per_s: Floats
     rate_y_per_s: Floats
+    shares: tuple[float, ...] = WHOLE
+
+    @property
+    def tables(self) -> tuple[Floats, Floats, Floats]:
+        """Weights and rates."""
+        return self.weights, self.rate_x_per_s, self.rate_y_per_s
+
+    @classmethod
+    def of(cls, shares: tuple[float, ...], *tables: Any) -> Rows:
+        """Rows of some shares with tables of weights and rates."""
+        weights, rate_x_per_s, rate_y_per_s = tables
+        return cls(weights, rate_x_per_s, rate_y_per_s, shares)
+
+    @property
+    def parts(self) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+        """The weights of 1, x, y and W, and by share (share, row, programme) of V and V W."""
+        return split_by_share(self.weights)
+
+    def some(self, which: Integers) -> Rows:
+        """The rows of some programmes by ascending numbers."""
+        return Rows.of(self.shares, *take_entries(self.tables, which))
+
+    def levelled(self, x: Floats) -> list[Floats]:
+        """V of every share of x [s]."""
+        return [levelled(self.rate_x_per_s, x if s == 1.0 else s * x) for s in self.shares]
 
     def at(self, x: Floats, y: Floats) -> Floats:
         """Values at one point of each programme."""
-        a, b, c, d, e, f = self.weights
-        V, W = levelled(self.rate_x_per_s, x), levelled(self.rate_y_per_s, y)
-        found: Floats = a + b * x + c * V + d * y + (e + f * V) * W
+        a, b, d, e, cs, fs = self.parts
+        level, weight = a + b * x, e
+        for V, c, f in zip(self.levelled(x), cs, fs, strict=True):
+            level, weight = level + c * V, weight + f * V
+        found: Floats = level + d * y + weight * levelled(self.rate_y_per_s, y)
         return found
 
     def at_x(self, x: Floats) -> Section:
         """The rows at one x of each programme."""
-        a, b, c, d, e, f = self.weights
-        V = levelled(self.rate_x_per_s, x)
-        return Section(np.array([a + b * x + c * V, d, e + f * V]), self.rate_y_per_s)
+        a, b, d, e, cs, fs = self.parts
+        level, weight = a + b * x, e
+        for V, c, f in zip(self.levelled(x), cs, fs, strict=True):
+            level, weight = level + c * V, weight + f * V
+        return Section(np.array([level, d, weight]), self.rate_y_per_s)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def over_x(self, low: Floats, high: Floats) -> Section:
         """Rows that hold wherever the rows hold for some x from low to high.
 
-        Each part is taken where it is largest, at an end or where its slope vanishes.
+        Each part is taken where it is largest, at an end or where its slope vanishes; of several
+        levellings each takes its part of the slope along, by its share of their weights.
         """
-        a, b, c, d, e, f = self.weights
-        rate = self.rate_x_per_s
-        V_low, V_high = levelled(rate, low), levelled(rate, high)
-        level = np.maximum(b * low + c * V_low, b * high + c * V_high)
-        turns = np.clip(-np.log(-b / c) / rate, low, high)
-        level = np.fmax(level, b * turns + c * levelled(rate, turns))
-        weight = e + np.maximum(f * V_low, f * V_high)
-        return Section(np.array([a + level, d, weight]), self.rate_y_per_s)
+        a, b, d, e, cs, fs = self.parts
+        rate, level, weight = self.rate_x_per_s, a, e
+        for s, b_s, c, f in zip(self.shares, _slopes(b, cs), cs, fs, strict=True):
+            k = rate if s == 1.0 else s * rate
+            V_low, V_high = (levelled(rate, x if s == 1.0 else s * x) for x in (low, high))
+            most = np.maximum(b_s * low + c * V_low, b_s * high + c * V_high)
+            turns = np.clip(-np.log(-b_s / (c if s == 1.0 else s * c)) / k, low, high)
+            V_turns = levelled(rate, turns if s == 1.0 else s * turns)
+            most = np.fmax(most, b_s * turns + c * V_turns)
+            level, weight = level + most, weight + np.maximum(f * V_low, f * V_high)
+        return Section(np.array([level, d, weight]), self.rate_y_per_s)
 
     def trends(self, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
         """Return which rows never rise with x, fall with y, or rise with y, up to the tops.
 
         A slope is affine in the decay of its own time and in the levelling of the other, so that
-        its extremes lie in the corners.
+        its extremes lie in the corners; of several levellings the extremes are added.
         """
-        _, b, c, d, e, f = self.weights
+        _, b, d, e, cs, fs = self.parts
         kx, ky = self.rate_x_per_s, self.rate_y_per_s
-        X, Y = np.exp(-kx * x_top), np.exp(-ky * y_top)
-        by_y, by_x = f * levelled(ky, y_top), f * levelled(kx, x_top)
-        most = c + np.maximum(by_y, 0.0)
-        falls = b + np.maximum(most, most * X) <= 0.0
-        most, least = e + np.maximum(by_x, 0.0), e + np.minimum(by_x, 0.0)
+        Y, W = np.exp(-ky * y_top), levelled(ky, y_top)
+        slope, most, least = b, e, e
+        for s, V, c, f in zip(self.shares, self.levelled(x_top), cs, fs, strict=True):
+            by_y, by_x = f * W, f * V
+            steep = c + np.maximum(by_y, 0.0)
+            steepest = np.maximum(steep, steep * np.exp(-kx * (x_top if s == 1.0 else s * x_top)))
+            slope = slope + (steepest if s == 1.0 else s * steepest)
+            most, least = most + np.maximum(by_x, 0.0), least + np.minimum(by_x, 0.0)
+        falls = slope <= 0.0
         rises_with_y = d + np.minimum(least, least * Y) >= 0.0
         falls_with_y = d + np.maximum(most, most * Y) <= 0.0
         return falls, rises_with_y, falls_with_y
+
+
+def split_by_share(weights: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+    """Weights of `Rows` of 1, x, y and W, and by share of V and V W."""
+    end = len(weights) // 2
+    return (
+        weights[0],
+        weights[1],
+        weights[end],
+        weights[end + 1],
+        weights[2:end],
+        weights[end + 2 :],
+    )
+
+
+def _slopes(b: Floats, cs: Floats) -> Sequence[Floats]:
+    """The weight of x in parts, one for every levelling, by the sizes of their weights."""
+    if len(cs) == 1:
+        return (b,)
+    sizes = np.abs(cs)
+    total = sizes.sum(axis=0)
+    shares = np.where(total > 0.0, sizes / np.where(total > 0.0, total, 1.0), 1.0 / len(cs))
+    return list(b * shares)
 
 
 class StatedForm(NamedTuple):
@@ -226,29 +295,46 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
             if not same_rate(rates.setdefault(name, rate), rate):
                 raise NotExponentialError(f"{name} levels out at two rates")
     x, y = (*names, "")[:2]
+    shares = shares_of(stated, x)
+    if y and shares_of(stated, y) != WHOLE:
+        raise NotExponentialError(f"phases take shares of {y}, and not of {x}")
     own_rates = (rates.get(name, 0.0) for name in (x, y))
     kx, ky = (np.full(reach_s.shape, np.where(k == 0.0, TINY, k)) for k in own_rates)
-    V, W = levelled(kx, reach_s), levelled(ky, reach_s)
-    most = np.array([np.ones_like(V), reach_s, V, reach_s, W, V * W])
-    own: list[Monomial] = [CONSTANT, frozenset({(x, "time")}), frozenset({(x, "levelling")})]
+    Vs = [levelled(kx, reach_s if s == 1.0 else s * reach_s) for s in shares]
+    W = levelled(ky, reach_s)
+    most = np.array([np.ones_like(W), reach_s, *Vs, reach_s, W, *(V * W for V in Vs)])
+    own: list[Monomial] = [CONSTANT, frozenset({(x, "time")})]
+    own += [frozenset({(x, s)}) for s in shares]
     if y:
-        own += [frozenset({(y, "time")}), frozenset({(y, "levelling")})]
-        own += [frozenset({(x, "levelling"), (y, "levelling")})]
+        own += [frozenset({(y, "time")}), frozenset({(y, 1.0)})]
+        own += [frozenset({(x, s), (y, 1.0)}) for s in shares]
     sides = np.zeros((len(stated), len(reach_s)))
-    weights = np.zeros((6, *sides.shape))
+    weights = np.zeros((len(most), *sides.shape))
     for row, (form, side, *_) in enumerate(stated):
         sides[row] = side
         for monomial, coefficient in form.terms.items():
             weights[own.index(monomial), row] = coefficient
     highest = weights * most[:, None]
-    shares = np.abs(highest)
-    size = shares.sum(axis=0)
+    sizes = np.abs(highest)
+    size = sizes.sum(axis=0)
     # Never more than the tolerance of a check of the answer outside the engine.
     weights[0] += np.minimum(ROUNDED_ROW * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
     open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)
-    weights[1:] *= open_ & (shares[1:] >= DUST * size)
+    weights[1:] *= open_ & (sizes[1:] >= DUST * size)
     weights[0] = np.where(open_, weights[0], np.inf)
-    return Rows(weights[:, open_.any(axis=1)], kx, ky)
+    return Rows(weights[:, open_.any(axis=1)], kx, ky, shares)
+
+
+def shares_of(stated: Sequence[StatedForm], name: str) -> tuple[float, ...]:
+    """The shares of a time whose levellings are in forms, rising; the whole without any."""
+    found = {
+        kind
+        for form, *_ in stated
+        for monomial in form.terms
+        for each, kind in monomial
+        if each == name and kind != "time"
+    }
+    return tuple(sorted(found)) or WHOLE
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:

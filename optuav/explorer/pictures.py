@@ -126,7 +126,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
 def _rests_at(plan: Plan) -> str | None:
     """The roof where a plan rests first; None without a rest."""
     rests = (stop.at for stop in plan.stops if stop.kind == "rest") if plan else ()
-    return next(iter(rests), None)
+    return next((at for at in rests if isinstance(at, str)), None)
 
 
 def _cycle_on(cycle: Coverage, roof: str | None) -> Coverage:

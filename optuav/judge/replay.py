@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
+SHARE_S = 1e-6  # By how much the hover over one of several devices may miss its share of Δ [s]
 MOST_SHOWN = 20  # Events under one heading that are shown one by one
 CAP = "max_speed_m_s"  # Key of [flight], an air speed where there is wind
 
@@ -271,6 +272,8 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     levels = soc(mission, flown, np.array([flown[-1].end_s]), shares[-1:])
     left = {name: float(level[0]) for name, level in levels.items()}
     events = [*course.events, *_broken_limits(mission, flown)]
+    if mission.devices:
+        events += _unserved(mission, flown)
     if isinstance(plan, FlightPlan):  # It flies for no device
         events = [e for e in events if e.kind not in OF_A_RELAY]
     reserve = [*_reserve(mission, flown, shares.tolist())]
@@ -333,12 +336,14 @@ def _reserve(
 ) -> Iterator[FlightEvent]:
     """Too little charge at the end or at a landing, by the state of charge after phases [-]."""
     least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
+    hovers = {device.name for device in mission.served}
     for phase, left in zip(flown[:-1], soc[:-1], strict=True):
         if phase.kind == "flight" and left < least - TOLERANCE:
             kind, allowed = "state of charge", ""
             if not always:
                 kind, allowed = BELOW_RESERVE, "; allowed by limits.keep_soc = end"
-            words = f"{lands(phase.end.name)} with {short_of(left, least)}{allowed}"
+            landing = lands(phase.end.name, hovers=phase.end.name in hovers)
+            words = f"{landing} with {short_of(left, least)}{allowed}"
             yield FlightEvent(kind, phase.end_s, words, left, least, violation=always)
     if soc[-1] < least - TOLERANCE:
         words = f"the mission ends with {short_of(soc[-1], least)}"
@@ -405,11 +410,15 @@ def _stay(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
         if not low * (1.0 - TOLERANCE) <= z <= high * (1.0 + TOLERANCE):
             words = f"hovering at {place.name} leaves the altitude band"
             yield FlightEvent("altitude", start_s, words, z, low if z < low else high, "m")
-        distance_m = math.dist(place.position_m, mission.link.device_m)
+        device = next((x for x in mission.served if x.name == place.name), mission.served[0])
+        if mission.devices and device.name != place.name:
+            return  # It serves none of them
+        distance_m = math.dist(place.position_m, device.position_m)
         radius_m = vehicle.coverage_radius_m(mission)
         if distance_m > radius_m * (1.0 + TOLERANCE):
             outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
-            where = f"out of coverage of the device (outage {outage:.3g})"
+            of_device = f"device {device.name}" if mission.devices else "the device"
+            where = f"out of coverage of {of_device} (outage {outage:.3g})"
             words = f"hovering at {place.name} is {where}"
             yield FlightEvent("coverage", start_s, words, distance_m, radius_m, "m")
     elif place.roof == CLEAR and z > 0.0:
@@ -418,6 +427,31 @@ def _stay(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     if mission.laser is not None and not place.sight and not phase.stated:
         words = f"no sight of the laser at {place.name}: nothing charges the battery there"
         yield FlightEvent("no sight", start_s, words, violation=False)
+
+
+def _unserved(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterator[FlightEvent]:
+    """Yield where several devices are not hovered over once each, for their shares, or rests."""
+    hovers = [phase for phase in flown if phase.kind == "hover"]
+    hover_s, end_s = sum(phase.duration_s for phase in hovers), flown[-1].end_s
+    for device in mission.served:
+        own = [phase for phase in hovers if phase.end.name == device.name]
+        if len(own) != 1:
+            often = f"{len(own)} times, not once" if own else "not at all"
+            words = f"device {device.name} is hovered over {often}"
+            yield FlightEvent("device", own[1].start_s if own else end_s, words)
+            continue
+        due_s, flown_s = device.share * hover_s, own[0].duration_s
+        if abs(flown_s - due_s) > max(SHARE_S, TOLERANCE * due_s):
+            words = f"the hover over device {device.name} is not its share {device.share:.6g} of Δ"
+            yield FlightEvent("share", own[0].start_s, words, flown_s, due_s, "s")
+    names = {device.name for device in mission.served}
+    for phase in hovers:
+        if phase.end.name not in names:
+            words = f"hovering at {phase.end.name} serves no device"
+            yield FlightEvent("device", phase.start_s, words)
+    for phase in [phase for phase in flown if phase.kind == "rest" and phase.duration_s > 0.0][1:]:
+        words = f"the rest at {phase.end.name} is one more; with several devices there is one"
+        yield FlightEvent("rests", phase.start_s, words)
 
 
 Figure = tuple[float, str, float, float, float, str]
@@ -467,12 +501,16 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Fli
         events.append(FlightEvent(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
     slot_s = plan.slot_s if plan.problem in IN_SLOTS else None
     at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
-    for number, stay in enumerate(plan.phases if slot_s else ()):
-        slots = stay.duration_s / (slot_s or 1.0)
+    stays = [(f"phases[{number}]", phase) for number, phase in enumerate(plan.phases)]
+    for place, stay in stays if slot_s else ():
+        name, duration_s = place, stay.duration_s
+        if plan.mission.devices and stay.kind == "hover":  # Whole slots make up Δ, not its pieces
+            name, duration_s = "the hover time", hover_s
+        slots = duration_s / (slot_s or 1.0)
         # The deadline may cut a hover short.
         exempt = stay.kind == "flight" or (stay.kind == "hover" and at_deadline)
-        if not exempt and not same(round(slots) * (slot_s or 1.0), stay.duration_s):
-            why = f"phases[{number}] is {slots:.10g} slots"
+        if not exempt and not same(round(slots) * (slot_s or 1.0), duration_s):
+            why = f"{name} is {slots:.10g} slots"
             words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
             events.append(FlightEvent(MISMATCH, stay.start_s, words, slot_s, None, "s"))
     flies = not broken and (plan.flyable is True or not events)

@@ -20,7 +20,7 @@ from optuav.mission.messages import nearest
 from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed, roofs_below
-from optuav.network.places import ENDS
+from optuav.network.places import ends_of
 from optuav.network.prisms import prisms
 from optuav.network.ways import build_ways
 from optuav.physics.flight import Flow, Loads
@@ -111,7 +111,7 @@ STOP = f"a table (in Python a Stop) with {', '.join(ALLOWED)}"
 
 def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:
     """Yield the faults of stated stops; places are judged if the mission is known."""
-    known = (*ENDS, *mission.buildings.names) if mission else ()
+    known = (*ends_of(mission), *mission.buildings.names) if mission else ()
     for number, stop in enumerate(stops):
         if not isinstance(stop, dict):
             yield Breach(("stops", number), STOP)
@@ -225,10 +225,11 @@ class SimulatedPhase:
 def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place]:
     """The places of some moves by name or point, and the laser's power there."""
     route, laser = mission.route, mission.laser
-    ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
+    first_m, *others_m = vehicle.hover_points_m(mission)
+    ends_m = route.origin_m, first_m, route.destination_m, *others_m
     names = [*dict.fromkeys(end for move in planned for end in move[1:3])]
     known: dict[str | Point, tuple[int, Vector]] = {
-        name: (CLEAR, point_m) for name, point_m in zip(ENDS, ends_m, strict=True)
+        name: (CLEAR, point_m) for name, point_m in zip(ends_of(mission), ends_m, strict=True)
     }
     known |= {point: (CLEAR, point) for point in names if not isinstance(point, str)}
     wanted = {*names}
@@ -304,7 +305,9 @@ def _ways(
         if rule != "refuse" and any(move.waypoints_m is None for move in planned):
             lines = np.arange(2 * len(ends)).reshape(-1, 2)
             # A way is found from the place that comes first in the mission.
-            turned = np.array([_rank(start) > _rank(end) for start, end in ends])
+            rank = {name: number for number, name in enumerate(ends_of(mission))}
+            ranks = [[rank.get(at.name, at.building + len(rank)) for at in pair] for pair in ends]
+            turned = np.array([start > end for start, end in ranks])
             lines[turned] = lines[turned, ::-1]
             roofs[turned] = roofs[turned, ::-1]
             town = (mission.buildings,)
@@ -315,11 +318,6 @@ def _ways(
         if known is None:
             known = tuple(map(tuple, bent_m[np.isfinite(bent_m[:, 0])].tolist()))
         yield CLEAR if known else blocker, known
-
-
-def _rank(place: Place) -> int:
-    """Return the number of a place in a mission."""
-    return place.building + len(ENDS) if place.name not in ENDS else ENDS.index(place.name)
 
 
 def segments(

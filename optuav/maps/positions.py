@@ -275,11 +275,11 @@ def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
     None without a laser.
     """
     if over == DEVICE:
-        return mission.link.device_m
+        return mission.device_m
     if over == LASER:
         return mission.laser.position_m if mission.laser else None
     x, y, z = map(float, hover_point_m(mission))
-    return (*mission.link.device_m[:2], mission.limits.min_altitude_m) if isnan(z) else (x, y, z)
+    return (*mission.device_m[:2], mission.limits.min_altitude_m) if isnan(z) else (x, y, z)
 
 
 def _around_m(over: str, mission: Mission, step_m: float) -> Floats:
@@ -287,7 +287,7 @@ def _around_m(over: str, mission: Mission, step_m: float) -> Floats:
     around = scene(mission)
     low_m, high_m = around.corners_m
     if over == HOVER_POINT and isfinite(reach_m := around.disc_radius_m):
-        device_m = np.array(mission.link.device_m[:2])
+        device_m = np.array(mission.device_m[:2])
         low_m, high_m = device_m - reach_m, device_m + reach_m
     room_m = ROOM * (high_m - low_m).max()
     first, last = np.floor((low_m - room_m) / step_m), np.ceil((high_m + room_m) / step_m)

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from optuav.fields import MissionSection
 from optuav.presentation.blocks import Block, Facts, Fold, Note, Table
 from optuav.presentation.markup import MOST_ROWS
-from optuav.tables import Building
+from optuav.tables import Building, Device
 
 
 def blocks(
     facts: Mapping[str, str],
     description: str,
     sections: Mapping[str, MissionSection],
+    devices: Sequence[Device],
     buildings: Sequence[Building],
 ) -> Iterator[Block]:
     """A mission: facts; in HTML its description, and one folded table for each of its parts."""
@@ -22,6 +23,8 @@ def blocks(
         yield Fold("", [Note([description])], in_text=False)
     for name, section in sections.items():
         yield Fold(name, [_keys(section)], in_text=False)
+    if devices:
+        yield Fold(f"devices ({len(devices)})", [_devices_table(devices)], in_text=False)
     yield Fold(f"buildings ({len(buildings)})", [buildings_table(buildings)], in_text=False)
 
 
@@ -37,6 +40,20 @@ def keys_with_values(section: MissionSection) -> Iterator[tuple[str, object, str
     for key, value in section:
         if value is not None:
             yield key, value, words.get(key, "")
+
+
+def _devices_table(devices: Sequence[Device]) -> Table:
+    """Where devices are, and what they state for themselves."""
+    rows = [
+        (each.name, *map(_shown, each.position_m), *map(_or_dash, (each.hover_m, each.share)))
+        for each in devices
+    ]
+    return Table(("name", "x [m]", "y [m]", "z [m]", "hover point [m]", "share [-]"), rows, last=1)
+
+
+def _or_dash(value: object) -> str:
+    """A value, or a dash where none is stated."""
+    return "–" if value is None else _shown(value)
 
 
 def buildings_table(buildings: Sequence[Building]) -> Table:

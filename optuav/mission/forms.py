@@ -32,6 +32,7 @@ SECTIONS: dict[str, type[MissionSection]] = {
     "receiver": tables.LightReceiver,
     "link": tables.Link,
     "wind": tables.Wind,
+    "devices": tables.Device,
     "buildings": tables.Building,
 }
 """The tables of a mission file but [flight]; [laser] has more forms, one for every beam."""
@@ -92,7 +93,9 @@ Flight = Annotated[FlightTable, _form("flight"), _OBJECT]
 Source = Annotated[LaserTable, _form("laser"), _OBJECT]
 """Any form of [laser]."""
 
-TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Tables of a mission file, in order
+LISTS = ("devices", "buildings")  # Tables of a mission file that are there several times
+SINGLE = (*(name for name in SECTIONS if name not in LISTS), "flight")
+TABLES = (*SINGLE, *LISTS)  # Tables of a mission file, in order
 
 
 def forms(table: str) -> tuple[type[MissionSection], ...]:

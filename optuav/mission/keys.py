@@ -8,7 +8,7 @@ from typing import Any
 
 from optuav.errors import Fault
 from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Range
-from optuav.mission.forms import TABLES, table_keys
+from optuav.mission.forms import SINGLE, table_keys
 from optuav.mission.messages import nearest, number, number_of, shown
 from optuav.mission.mission import Mission, unknown_names
 
@@ -41,7 +41,7 @@ class Key:
 def numeric_keys() -> dict[str, Range]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
     numbers = {PER_MINUTE: RATE_PER_MINUTE}
-    for table in TABLES[:-1]:
+    for table in SINGLE:
         for name, form in table_keys(table).items():
             if (allowed := number_of(form, name)) is not None:
                 numbers[f"{table}.{name}"] = allowed

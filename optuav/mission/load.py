@@ -32,7 +32,8 @@ def load(source: Mission | str | Path) -> Mission:
         ``extends`` another (a shipped name or a path relative to the file) takes from it all that
         it does not state itself, except name and description; `Mission.replace` lists the keys that
         a new value displaces. The table that a file names as ``buildings_file``, by its path
-        relative to the file, is read too. A mission without a name has that of its file.
+        relative to the file, is read too, and so is a ``devices_file``. A mission without a name
+        has that of its file.
 
     Raises
     ------
@@ -164,6 +165,18 @@ def _joined(
         except InputError as error:
             faults += [
                 fault if fault.key else Fault("buildings_file", shown(named), str(fault), name)
+                for fault in error.faults
+            ]
+    if (named := document.pop("devices_file", None)) is not None:
+        from optuav.mission.device_tables import read_devices
+
+        try:
+            if not isinstance(named, str) or "devices" in document:
+                raise InputError("a path relative to this file, and no [[devices]] beside it")
+            document["devices"] = read_devices(resolve_from(path.parent, named))
+        except InputError as error:
+            faults += [
+                fault if fault.key else Fault("devices_file", shown(named), str(fault), name)
                 for fault in error.faults
             ]
     sources: dict[Key, str] = {(): name}

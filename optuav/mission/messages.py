@@ -13,7 +13,7 @@ from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
 from optuav.fields import Allowed, OneOf, Range, short
 from optuav.mission.files import expand_home
-from optuav.mission.forms import forms
+from optuav.mission.forms import LISTS, forms
 
 TYPES = {
     "float_type": "a number",
@@ -76,18 +76,21 @@ def table(name: str) -> str:
     first = forms(name)[0]
     needed = [key for key, field in first.model_fields.items() if field.is_required()]
     content = f" with {', '.join(needed)}" if needed and name != "flight" else ""
-    return f"a table [[{name}]]{content}" if name == "buildings" else f"a table [{name}]{content}"
+    return f"a table [[{name}]]{content}" if name in LISTS else f"a table [{name}]{content}"
 
 
 def no_building(name: str, names: Sequence[str]) -> str:
     """Words for a building that the mission does not have, by its name or a key of the mission."""
+    return no_item("buildings", name, names)
+
+
+def no_item(table: str, name: str, names: Sequence[str]) -> str:
+    """Words for a building or a device that the mission does not have."""
     known = f"are: {first_ten(names) or 'none'}"
-    if names and name.startswith("buildings["):
-        return f"the mission's buildings [0] to [{len(names) - 1}] {known}"
-    table = "buildings." if name.startswith("buildings.") else ""
-    return (
-        f"the mission's buildings {known}{nearest(name, [table + building for building in names])}"
-    )
+    if names and name.startswith(f"{table}["):
+        return f"the mission's {table} [0] to [{len(names) - 1}] {known}"
+    prefix = f"{table}." if name.startswith(f"{table}.") else ""
+    return f"the mission's {table} {known}{nearest(name, [prefix + item for item in names])}"
 
 
 def misfits(*options: tuple[str, object, Range]) -> Iterator[Fault]:

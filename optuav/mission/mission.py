@@ -5,9 +5,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from annotated_types import Len
+from pydantic import Field, Strict, ValidationError, model_validator
 
 from optuav import fields, tables
 from optuav.errors import MOST_SHOWN, Fault, InputError, for_console, printable
@@ -20,10 +21,10 @@ from optuav.laser import BEAMS
 from optuav.laser.beam import Beam
 from optuav.laser.fits import CONVERSIONS, Fits
 from optuav.mission import validation
-from optuav.mission.buildings import Buildings
+from optuav.mission.buildings import RESERVED_NAMES, Buildings
 from optuav.mission.files import ending_of, relative_to, write_text
-from optuav.mission.forms import CHOICES, SCHEMA, TABLES, Flight, Source, table_keys
-from optuav.mission.messages import nearest, no_building, path_of, plural, shown
+from optuav.mission.forms import CHOICES, LISTS, SCHEMA, TABLES, Flight, Source, table_keys
+from optuav.mission.messages import nearest, no_item, path_of, plural, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 from optuav.presentation.blocks import Block
 from optuav.presentation.numbers import percent
@@ -32,6 +33,7 @@ from optuav.presentation.presented import Presented
 if TYPE_CHECKING:
     from optuav.physics.kibam import Battery
 
+Vector: TypeAlias = tuple[Any, Any, Any]  # Of numbers, or of columns where missions vary
 ENERGIES = ("flight_energy_J", "hover_energy_J")
 _ENERGIES = {f"battery.{key}" for key in ENERGIES}
 _WELLS = {"start.available_As", "start.bound_As"}
@@ -51,6 +53,17 @@ DISPLACED: dict[str, set[str]] = {
     "laser.wavelength_nm": {f"laser.{key}" for key in CONVERSIONS[810]},
 }
 """By key, the keys that a new value of it displaces unless they are stated with it."""
+ONE_DEVICE = (("link", "device_m"), ("route", "hover_m"))
+"""Keys of a mission with one device, which a list of devices displaces, and which displace it."""
+
+
+class Served(NamedTuple):
+    """A device that the UAV serves, with the share of the hover time that it gets [-]."""
+
+    name: str  # Also of its hover point
+    position_m: Vector
+    hover_m: Vector | None  # Where it is stated
+    share: float
 
 
 class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it the hash of its values)
@@ -67,6 +80,9 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
     route, limits, battery, start, rotor, body, air, earth, laser, receiver, link, wind, flight
         The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
         as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with allowed values.
+    devices
+        In order, if there are several, each with ``name``, ``position_m``, ``hover_m`` and
+        ``share``; one is ``link.device_m`` and ``route.hover_m``, however it was stated.
     buildings
         In order, each with ``name``, ``position_m`` and ``footprint_m``, as columns of numbers too.
 
@@ -100,10 +116,61 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
     link: tables.Link
     wind: tables.Wind = tables.Wind()
     flight: Flight = RotorFlight()
+    devices: Annotated[
+        tuple[tables.Device, ...],
+        Len(0, fields.MOST_DEVICES),
+        Strict(),
+        fields.Listed,
+        fields.NotEmpty,
+        fields.Allowed(f"1 to {fields.MOST_DEVICES} tables [[devices]] with name, position_m"),
+    ] = ()
     buildings: Annotated[
         Buildings,
         fields.Allowed(f"up to {fields.MOST_ITEMS} tables [[buildings]] with name, position_m"),
     ] = Field(default_factory=Buildings, json_schema_extra={"default": []})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_device(cls, stated: object) -> object:
+        """A single device that is in order as `link.device_m` and `route.hover_m`."""
+        if not (isinstance(stated, dict) and isinstance(listed := stated.get("devices"), list)):
+            return stated
+        if len(listed) != 1 or not all(isinstance(stated.get(x), dict) for x in ("link", "route")):
+            return stated
+        try:
+            device = tables.Device.model_validate(listed[0])
+        except ValidationError:
+            return stated
+        names = {*RESERVED_NAMES, *validation.names_of(stated.get("buildings", ()))}
+        beside = {"device_m": stated["link"], "hover_m": stated["route"]}
+        if device.name in names or (device.share or 1.0) != 1.0:
+            return stated
+        if any(key in table for key, table in beside.items()):
+            return stated
+        hover = {} if device.hover_m is None else {"hover_m": device.hover_m}
+        one = {k: v for k, v in stated.items() if k != "devices"}
+        link = {**stated["link"], "device_m": device.position_m}
+        return {**one, "link": link, "route": {**stated["route"], **hover}}
+
+    @property
+    def device_m(self) -> tuple[float, float, float]:
+        """Position of the device [m]; `InputError` if there are several."""
+        if self.link.device_m is None:
+            words = f"one device; the mission has {len(self.devices)}"
+            raise InputError([Fault("devices", "", f"{words}, and this is for one")])
+        return self.link.device_m
+
+    @cached_property
+    def served(self) -> tuple[Served, ...]:
+        """All devices, each with its share; one is named as its place, "hover"."""
+        if not self.devices:
+            at_m: Any = self.link.device_m
+            return (Served("hover", at_m, self.route.hover_m, 1.0),)
+        equal = 1.0 / len(self.devices)
+        return tuple(
+            Served(each.name, each.position_m, each.hover_m, each.share or equal)
+            for each in self.devices
+        )
 
     @cached_property
     def flight_model(self) -> FlightModel:
@@ -149,8 +216,12 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
 
     def _document(self) -> Document:
         """Every value as plain data, but the buildings as their table."""
-        plain = self.model_dump(mode="json", exclude_none=True, exclude={"buildings"})
-        return {**plain, "buildings": self.buildings}
+        return {**self._plain(exclude={"buildings"}), "buildings": self.buildings}
+
+    def _plain(self, **options: Any) -> Document:
+        """Every value as plain data; without the list of devices where there is but one."""
+        plain = self.model_dump(mode="json", exclude_none=True, **options)
+        return plain if self.devices else {k: v for k, v in plain.items() if k != "devices"}
 
     def __repr__(self) -> str:
         name, count, limits = printable(self.name), len(self.buildings), self.limits
@@ -160,14 +231,15 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
         """Yield subject, places, deadline and equipment; in HTML every key and building too."""
         from optuav.mission.display import blocks
 
-        return blocks(self._facts(), self.description, self._sections(), self.buildings)
+        parts = self._sections(), self.devices, self.buildings
+        return blocks(self._facts(), self.description, *parts)
 
     def _sections(self) -> dict[str, MissionSection]:
         """The tables that it states, the buildings aside."""
         return {name: table for name, table in self if isinstance(table, MissionSection)}
 
     def to_frame(self) -> DataFrame:
-        """One row per key, the buildings aside; needs pandas.
+        """One row per key, the devices and buildings aside; needs pandas.
 
         Columns are ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
         ``meaning``.
@@ -196,7 +268,9 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
             ``battery.capacity_As`` or ``battery.packs`` the energies E_1 and E_2 of the full
             battery and the wells of ``start``, a new ``battery.available_fraction`` those wells,
             ``start.soc`` and the wells each other, a new ``flight.model`` or ``laser.beam`` the
-            keys of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other.
+            keys of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other,
+            ``devices`` the keys ``link.device_m`` and ``route.hover_m``, and either of these the
+            devices; a device goes by its name, as ``devices.west.position_m``.
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
@@ -225,6 +299,26 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
 
         return self.replace({"buildings": of_columns(table)})
 
+    def with_devices(self, table: Mapping[str, Iterable[object]]) -> Self:
+        """Make a mission with devices in place of its own, validated as a whole.
+
+        Parameters
+        ----------
+        table
+            Columns of equal length, such as a pandas data frame of a CSV file: ``name``; ``x_m``,
+            ``y_m`` and ``z_m``, the position [m]; and maybe ``share``, which adds up to 1 [-].
+
+        Examples
+        --------
+        >>> import optuav
+        >>> sensors = {"name": ["a", "b"], "x_m": [400, 1000], "y_m": [2600, 3000], "z_m": [0, 0]}
+        >>> [device.name for device in optuav.load("paper").with_devices(sensors).devices]
+        ['a', 'b']
+        """
+        from optuav.mission.device_tables import rows_of_columns
+
+        return self.replace({"devices": rows_of_columns(table)})
+
     @for_console
     def summary(self) -> str:
         """The mission in a few lines: subject, places, deadline and equipment.
@@ -244,16 +338,23 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
     def _facts(self) -> dict[str, str]:
         """What, where, how long, and with what, in sentences by heading."""
         route, limits, battery, laser = self.route, self.limits, self.battery, self.laser
-        start, end, device = (
-            f"({', '.join(f'{coordinate:g}' for coordinate in point)}) m"
-            for point in (route.origin_m, route.destination_m, self.link.device_m)
-        )
+
+        def point(at_m: tuple[float, ...]) -> str:
+            return f"({', '.join(f'{coordinate:g}' for coordinate in at_m)}) m"
+
+        outage = f"outage at most {limits.outage_probability:g}"
+        if self.devices:
+            names = [printable(device.name) for device in self.devices]
+            devices = {"Devices": f"{', '.join(names)}, {outage}"}
+        else:
+            devices = {"Device": f"{point(self.device_m)}, {outage}"}
         buildings = plural(len(self.buildings), "building")
         source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
         return {
             "Mission": f"{printable(self.name)}: {buildings}, {source}",
-            "Route": f"{start} to {end} within {limits.deadline_s:g} s",
-            "Device": f"{device}, outage at most {limits.outage_probability:g}",
+            "Route": f"{point(route.origin_m)} to {point(route.destination_m)} within "
+            f"{limits.deadline_s:g} s",
+            **devices,
             "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
             f"at least {percent(limits.min_soc)} left",
             "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
@@ -265,7 +366,7 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
 
         Optional keys that are not set are left out.
         """
-        return {"schema": SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
+        return {"schema": SCHEMA, **self._plain()}
 
     @classmethod
     def from_dict(cls, document: Mapping[str, object]) -> Self:
@@ -330,8 +431,18 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
                 for owner, other in (place.split(".") for place in others):
                     if other in keys_of(base.get(owner)).keys() - keys_of(stated.get(owner)):
                         gone[owner, other] = key
+    if stated.get("devices") is not None:
+        for table_of, key in ONE_DEVICE:
+            if key in keys_of(base.get(table_of)).keys() - keys_of(stated.get(table_of)):
+                gone[table_of, key] = "devices"
+    elif "devices" in base and "devices" not in stated:
+        by = [key for key in ONE_DEVICE if keys_of(stated.get(key[0])).get(key[1]) is not None]
+        if by:
+            joined.pop("devices")
+            if ONE_DEVICE[0] not in by:
+                gone[ONE_DEVICE[0]] = ".".join(by[0])
     for name in {str(place[0]) for place in gone}:
-        kept = {k: v for k, v in base[name].items() if (name, k) not in gone}
+        kept = {k: v for k, v in keys_of(base.get(name)).items() if (name, k) not in gone}
         joined[name] = kept | keys_of(stated.get(name))
     return joined, gone
 
@@ -366,27 +477,29 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
 
     Values are put on top of the complete document; None removes a key, a table or a building.
     """
-    kept, buildings = Document(), Document()
+    kept, items = Document(), {name: Document() for name in LISTS}
     faults: list[Fault] = []
     named = ((k if isinstance(k, str) else shown(k), value) for k, value in values.items())
     plain = ((key, without_none(value, 2, kept=True)) for key, value in named)
     # Whole tables first, so that their keys can be stated beside them.
     for key, value in sorted(plain, key=lambda item: item[0].count(".")):
         name, _, field = key.partition(".")
-        if key.startswith(("buildings.", "buildings[")):
-            buildings[key] = value
+        if listed_in := next((x for x in LISTS if key.startswith((f"{x}.", f"{x}["))), None):
+            items[listed_in][key] = value
         elif unknown := [*unknown_names({key: value})]:
             faults += unknown
         else:
             kept[name] = {**keys_of(kept.get(name)), field: value} if field else value
     document, gone = overlay(base, kept)
-    if buildings:
-        listed = document.get("buildings")
+    for key, changes in items.items():
+        if not changes:
+            continue
+        listed = document.get(key)
         rows = listed.rows() if isinstance(listed, Buildings) else listed
         revised = list(rows) if isinstance(rows, list | tuple) else []
-        faults += _revise_buildings(revised, buildings)
+        faults += _revise_items(key, revised, changes)
         if revised:
-            document["buildings"] = [building for building in revised if building is not None]
+            document[key] = [item for item in revised if item is not None]
         if isinstance(listed, Buildings) and len(revised) > fields.MOST_ITEMS:
             from optuav.mission.building_columns import row_by_row
 
@@ -404,18 +517,18 @@ def unknown_names(values: Mapping[str, object]) -> Iterator[Fault]:
             yield Fault(key, shown(value), f"unknown key{nearest(key, known)}")
 
 
-def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fault]:
-    """Apply values to a list in place; None takes the place of a building that is removed.
+def _revise_items(table: str, items: list[object], values: Document) -> Iterator[Fault]:
+    """Apply values to a list in place; None takes the place of an item that is removed.
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
     """
-    named = {f"buildings.{keys_of(each).get('name')}": n for n, each in enumerate(buildings)}
-    places = {f"buildings[{n}]": n for n in range(len(buildings))} | named
+    named = {f"{table}.{keys_of(each).get('name')}": n for n, each in enumerate(items)}
+    places = {f"{table}[{n}]": n for n in range(len(items))} | named
     for key, value in values.items():
-        building, _, field = (key, "", "") if key in places else key.rpartition(".")
-        if building not in places:
-            names = [name.removeprefix("buildings.") for name in named]
-            yield Fault(key, shown(value), no_building(key, names))
+        item, _, field = (key, "", "") if key in places else key.rpartition(".")
+        if item not in places:
+            names = [name.removeprefix(f"{table}.") for name in named]
+            yield Fault(key, shown(value), no_item(table, key, names))
             continue
-        place, new = places[building], {field: value} if field else value
-        buildings[place] = {**keys_of(buildings[place]), **new} if isinstance(new, dict) else new
+        place, new = places[item], {field: value} if field else value
+        items[place] = {**keys_of(items[place]), **new} if isinstance(new, dict) else new

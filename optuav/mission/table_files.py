@@ -59,7 +59,12 @@ def fingerprint(path: Path) -> str:
 
 
 def _of_csv(path: Path) -> Buildings:
-    """The buildings of a CSV file; lines that are blank or begin with ``#`` do not count."""
+    """The buildings of a CSV file."""
+    return of_columns(csv_columns(path))
+
+
+def csv_columns(path: Path) -> dict[str, Any]:
+    """The columns of a CSV file; lines that are blank or begin with ``#`` do not count."""
     with refusals(path, "read"):
         text = read_text(path, path.stat().st_size)
     lines: Iterable[str] = io.StringIO(text, newline=None)
@@ -80,7 +85,7 @@ def _of_csv(path: Path) -> Buildings:
     except csv.Error as error:
         raise refusal(path, f"is not CSV: {error}") from None
     refuse(faults)
-    return of_columns({name: _cells(name, cells[k :: len(names)]) for k, name in enumerate(names)})
+    return {name: _cells(name, cells[k :: len(names)]) for k, name in enumerate(names)}
 
 
 def _cells(name: str, cells: Sequence[str]) -> Any:
@@ -154,15 +159,12 @@ def _of_map(path: Path) -> Buildings:
                 frame = geopandas.read_file(path)
         if not isinstance(frame, geopandas.GeoDataFrame):
             raise ValueError("it has no geometry")
-        shapes, crs = frame.geometry.to_numpy(), frame.crs
+        shapes = frame.geometry.to_numpy()
     except InputError:
         raise
     except (*UNREADABLE, shapely.errors.ShapelyError) as error:
         raise _unreadable(path, "geopandas", error) from None
-    units = [] if crs is None else [axis.unit_name for axis in crs.axis_info[:2]]
-    if strange := {*units} - {"metre"}:
-        words = f"has x and y in {', '.join(sorted(strange))}, not in metres"
-        raise refusal(path, f"{words}; optuav city makes a mission of a map")
+    must_be_in_metres(frame, path)
     known = [column for column in frame.columns if column != frame.geometry.name]
     wanted = (COLUMNS[0], COLUMNS[3])
     refuse(
@@ -183,6 +185,15 @@ def _of_map(path: Path) -> Buildings:
     shapes[~outlined] = None
     names, roof_m = frame[COLUMNS[0]].tolist(), np.column_stack(columns)
     return of_polygons(names, roof_m, *corners_of(shapes))
+
+
+def must_be_in_metres(frame: Any, path: Path) -> None:
+    """Refuse a map whose x and y have another unit."""
+    crs = frame.crs
+    units = [] if crs is None else [axis.unit_name for axis in crs.axis_info[:2]]
+    if strange := {*units} - {"metre"}:
+        words = f"has x and y in {', '.join(sorted(strange))}, not in metres"
+        raise refusal(path, f"{words}; optuav city makes a mission of a map")
 
 
 def _column(frame: Any, name: str) -> Floats:

@@ -95,8 +95,9 @@ def template(
         if isinstance(table, MissionSection):
             lines += ["", f"[{key}]", *(_wells_remarks(table) if key == "battery" else ())]
             lines += _entries(table, explained=True)
-    for number, building in enumerate(listed):
-        lines += ["", "[[buildings]]", *_entries(building, explained=number == 0)]
+    for key, items in (("devices", mission.devices), ("buildings", listed)):
+        for number, item in enumerate(items):
+            lines += ["", f"[[{key}]]", *_entries(item, explained=number == 0)]
     return "\n".join(lines) + "\n"
 
 

@@ -14,8 +14,8 @@ from optuav.fields import RATE_PER_MINUTE
 from optuav.flight.model import BENDING, BENT, FLIGHTS, FlightModel
 from optuav.laser.beam import BEAM, BEAMS, Beam
 from optuav.laser.fits import Laser
-from optuav.mission.buildings import Buildings, misnamed, misshapen
-from optuav.mission.forms import CHOICES, SCHEMA, SECTIONS, TABLES, table_keys
+from optuav.mission.buildings import RESERVED_NAMES, Buildings, misnamed, misshapen
+from optuav.mission.forms import CHOICES, LISTS, SCHEMA, SECTIONS, SINGLE, TABLES, table_keys
 from optuav.mission.messages import nearest, range_in_words, shown, table
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
@@ -26,6 +26,7 @@ Key: TypeAlias = tuple[str | int, ...]
 MOST_SUGGESTIONS = 50
 MOST_TURNS = 20_000  # Pack changes by the clock until the deadline; simulating one takes some 60 µs
 START_ROUNDING = 1e-6  # Share of the capacity that wells of [start] may miss their limits by
+WHOLE_SHARE = 1e-9  # By how much shares of devices may miss 1
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
 _RATE: Key = ("battery", "flow_rate_per_s")
@@ -78,22 +79,32 @@ class StatedMission:
         return value
 
     def _dotted(self, key: Key) -> str:
-        """The key as a person writes it; a building goes by its name where no other has it."""
-        if key[0] != "buildings" or len(key) == 1:
+        """The key as a person writes it; an item goes by its name where no other has it."""
+        if key[0] not in LISTS or len(key) == 1:
             return ".".join(map(safe_name, key))
-        name = self._names.get(key[1])
-        building = f"buildings[{key[1]}]" if name is None else f"buildings.{name}"
-        return ".".join([building, *map(safe_name, key[2:])])
+        name = self._names[key[0]].get(key[1])
+        item = f"{key[0]}[{key[1]}]" if name is None else f"{key[0]}.{name}"
+        return ".".join([item, *map(safe_name, key[2:])])
 
     @cached_property
-    def _names(self) -> dict[str | int, str]:
-        """Names that only one building has, by its place in the list."""
-        buildings = self.document["buildings"]
-        whole = isinstance(buildings, Buildings)
-        listed = buildings.names if whole else [keys_of(row).get("name") for row in buildings]
-        names = [name if isinstance(name, str) else "" for name in listed]
-        uses = Counter(names)
-        return {n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)}
+    def _names(self) -> dict[str | int, dict[str | int, str]]:
+        """Names that only one building or device has, by its place in its list."""
+        by_list = dict[str | int, dict[str | int, str]]()
+        for key in LISTS:
+            names = [x if isinstance(x, str) else "" for x in names_of(self.document.get(key, ()))]
+            uses = Counter(names)
+            by_list[key] = {
+                n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)
+            }
+        return by_list
+
+
+def names_of(stated: object) -> list[Any]:
+    """The names of buildings or devices as they are stated, whatever they are."""
+    if isinstance(stated, Buildings):
+        return [*stated.names]
+    listed = stated if isinstance(stated, list | tuple) else ()
+    return [keys_of(each).get("name") for each in listed]
 
 
 def keys_in_file(table: str) -> set[str]:
@@ -102,8 +113,8 @@ def keys_in_file(table: str) -> set[str]:
 
 
 def dotted_keys() -> Iterator[str]:
-    """The keys that a file may state outside the list of buildings."""
-    for name in TABLES[:-1]:
+    """The keys that a file may state outside the lists of devices and buildings."""
+    for name in SINGLE:
         yield from (f"{name}.{key}" for key in keys_in_file(name))
 
 
@@ -164,7 +175,7 @@ def breaches_of(
     suggestions = 0
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
         location = detail["loc"]  # Finer than a key, inside its value
-        key = location[: 3 if location[:1] == ("buildings",) else 2]
+        key = location[: 3 if location[:1] and location[0] in LISTS else 2]
         if not key or (key == _RATE and stated_mission.value(_RATE_PER_MINUTE) is not UNKNOWN):
             continue
         if detail["type"] in ("extra_forbidden", "invalid_key"):
@@ -174,7 +185,7 @@ def breaches_of(
             )
             continue
         name, last = str(key[0]), str(key[-1])
-        if name not in TABLES or key == ("buildings",):
+        if name not in TABLES or (len(key) == 1 and name in LISTS):
             words = range_in_words(model, name)
         else:
             form = table_keys(name).get(last)
@@ -198,7 +209,7 @@ def _unknown(
     if key == _RATE_PER_MINUTE:
         both = stated_mission.value(_RATE) is not UNKNOWN
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
-    if key in (("extends",), ("buildings_file",)):
+    if key in (("extends",), ("buildings_file",), ("devices_file",)):
         return "only in a mission file"
     if choice := CHOICES.get(str(key[0])):
         if models := choice.models_with(name):
@@ -209,7 +220,7 @@ def _unknown(
     for home in dotted_keys():
         if home.endswith(f".{name}"):
             return f"unknown key; did you mean '{home}'?"
-    of_file = {*model.model_fields, "schema", "extends", "buildings_file"}
+    of_file = {*model.model_fields, "schema", "extends", "buildings_file", "devices_file"}
     known = of_file if len(key) == 1 else keys_in_file(str(key[0]))
     return f"unknown key{nearest(name, known) if suggests else ''}"
 
@@ -220,7 +231,7 @@ def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
         return UNKNOWN
     if isinstance(value, dict):
         return {key: mask_faulty(each, faulty, (*place, key)) for key, each in value.items()}
-    if place == ("buildings",) and not isinstance(value, Buildings):
+    if len(place) == 1 and place[0] in LISTS and isinstance(value, list | tuple):
         return [mask_faulty(each, faulty, (*place, number)) for number, each in enumerate(value)]
     return value
 
@@ -269,7 +280,44 @@ def rules(document: Document) -> Iterator[Breach]:
             by = f'flight.model = "{name}"'
             yield from _rules_of_model({**document, "flight": flight}, FLIGHTS[name], by)
         yield from _rules_of_ways(flight)
+    yield from _rules_of_devices(document)
     yield from rules_of_buildings(document)
+
+
+def _rules_of_devices(document: Document) -> Iterator[Breach]:
+    """One device or a list of them, with names of their own and shares of the whole."""
+    link, route = (document.get(name, UNKNOWN) for name in ("link", "route"))
+    if "devices" not in document:
+        if isinstance(link, dict) and "device_m" not in link:
+            words = range_in_words(tables.Link, "device_m")
+            yield Breach(("link", "device_m"), f"is missing; {words}; or state [[devices]]")
+        return
+    for table_of, key in ((link, ("link", "device_m")), (route, ("route", "hover_m"))):
+        if key[1] in keys_of(table_of):
+            yield Breach(key, "not beside [[devices]], where each device has its own")
+    if not isinstance(listed := document["devices"], list | tuple):
+        return
+    devices, buildings = [*map(keys_of, listed)], document.get("buildings", ())
+    taken = dict.fromkeys(RESERVED_NAMES, f"a name other than {', '.join(RESERVED_NAMES)}")
+    of_buildings = {*names_of(buildings)}
+    for number, device in enumerate(devices):
+        if not isinstance(name := device.get("name"), str):
+            continue
+        if name in taken:
+            yield Breach(("devices", number, "name"), taken[name])
+        elif name in of_buildings:
+            yield Breach(("devices", number, "name"), "a name that no building has")
+        taken.setdefault(name, f"a name of its own; devices[{number}] has this one")
+    shares = [device.get("share") for device in devices]
+    if known := [share for share in shares if share is not None]:
+        for number, share in enumerate(shares):
+            if share is None:
+                words = range_in_words(tables.Device, "share")
+                words = f"is missing; {words}, as other devices state theirs"
+                yield Breach(("devices", number, "share"), words)
+        total = sum(share for share in known if share is not UNKNOWN)
+        if len(known) == len(shares) and UNKNOWN not in known and abs(total - 1.0) > WHOLE_SHARE:
+            yield Breach(("devices",), f"shares that add up to 1; these give {total:.10g}")
 
 
 def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:

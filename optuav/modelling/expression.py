@@ -193,6 +193,10 @@ class Parameter(Expression):
     varies: bool = True
 
 
+class Share(Parameter):
+    """The share of a time that a phase takes, as the hover over one of several devices."""
+
+
 @dataclass(eq=False, repr=False)
 class Let(Expression):
     """A named intermediate quantity.

@@ -5,13 +5,18 @@ products of (1 − exp(−kt))/k with one factor a duration at most. It is found
 by handing forms to the physics instead of numbers; coefficients may be arrays over programmes.
 The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits where k is next to
 nothing.
+
+Phases may also take shares s of one time t, as hovers over several devices do. Then a factor is
+V_s = (1 − exp(−kst))/k, the levelling of a share. A later phase of share r takes it to
+V_s exp(−krt) = V_(s+r) − V_r, without a division by k; so there is one factor for each sum of
+shares that follow each other.
 """
 
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, SupportsFloat, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -24,15 +29,26 @@ from optuav.modelling.expression import (
     Leaf,
     Operand,
     Relation,
+    Share,
     Variable,
 )
 from optuav.modelling.traversal import fold, nodes
 
-Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
-Monomial: TypeAlias = frozenset[Factor]  # A time, or factors (1 − exp(−kt))/k of different times t
+Factor: TypeAlias = tuple[str, Literal["time"] | float]
+"""A time t, or by its share s, mostly 1.0, the levelling (1 − exp(−kst))/k."""
+Monomial: TypeAlias = frozenset[Factor]  # A time, or levellings of shares of different times
 
 CONSTANT: Monomial = frozenset()
 CANCELLED = 4e-15  # Share of a coefficient below which its difference to another is rounding
+
+
+class Part(float):
+    """The share of a time that a phase takes: a factor of the time, but not of its rate."""
+
+
+def part(share: Operand, time: Operand) -> Operand:
+    """The time that a phase with a share of it takes, in numbers, symbols or forms."""
+    return (share if isinstance(share, Expression) else Part(share)) * time
 
 
 class NotExponentialError(ValueError):
@@ -60,6 +76,15 @@ class Exponential(NDArrayOperatorsMixin):
 
     terms: Mapping[Monomial, Operand]
     rates_per_s: Values = field(default_factory=dict)
+    share: float = 1.0  # A form of one time alone may be of a share of it: its terms count times it
+    decays: tuple[str, float] | None = None  # Time and share where it is exp(−kst)
+
+    @property
+    def whole(self) -> "Exponential":
+        """The same form, of whole times."""
+        if self.share == 1.0:
+            return self
+        return Exponential({e: c * self.share for e, c in self.terms.items()}, self.rates_per_s)
 
     @property
     def linear(self) -> bool:
@@ -76,7 +101,7 @@ class Exponential(NDArrayOperatorsMixin):
         return NotImplemented if method != "__call__" or options else applied(ufunc, inputs)
 
 
-NOWHERE = Exponential({frozenset({("", "levelling")}): math.nan})
+NOWHERE = Exponential({frozenset({("", 1.0)}): math.nan})
 """Placeholder for a tree without a form."""
 
 
@@ -97,7 +122,10 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         ufunc, right = np.multiply, math.inf if zero else 1.0 / right
     if ufunc is np.multiply and not (first and last):
         form, factor = (left, right) if first else (right, left)
-        return Exponential({e: c * factor for e, c in form.terms.items()}, form.rates_per_s)
+        if isinstance(factor, Part):
+            return Exponential(form.terms, form.rates_per_s, float(factor) * form.share)
+        multiplied = {e: c * factor for e, c in form.terms.items()}
+        return Exponential(multiplied, form.rates_per_s, form.share)
     left = left if first else Exponential({CONSTANT: left})
     right = right if last else Exponential({CONSTANT: right})
     if ufunc is np.positive:
@@ -111,9 +139,12 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         ((name, kind), *others) = monomial
         if others or kind != "time":
             raise NotExponentialError("exp of a product of unknowns")
-        terms[frozenset({(name, "levelling")})] = coefficient
-        whole = {CONSTANT: 1.0} if ufunc is np.exp else {}
-        return Exponential({**whole, **terms}, {name: -coefficient})
+        decays = name, left.share
+        terms[frozenset[Factor]({decays})] = coefficient
+        if ufunc is np.expm1:
+            return Exponential(terms, {name: -coefficient})
+        return Exponential({CONSTANT: 1.0, **terms}, {name: -coefficient}, decays=decays)
+    left, right = left.whole, right.whole
     if ufunc in (np.add, np.subtract):
         terms |= left.terms
         for monomial, coefficient in right.terms.items():
@@ -127,11 +158,20 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
                 if np.all((rest == 0.0) | (rest < CANCELLED * np.abs(before))):
                     del terms[monomial]
     elif ufunc is np.multiply:
+        if right.decays is None and (decay := left.decays) is not None:
+            swaps = any(_levelled_alike(monomial, decay) for monomial in right.terms)
+            left, right = (right, left) if swaps else (left, right)
         for one, a in left.terms.items():
+            if right.decays is not None and (taken := _levelled_alike(one, right.decays)):
+                (name, share), (_, passed) = taken, right.decays
+                for later, sign in ((share + passed, 1.0), (passed, -1.0)):
+                    both = one - {taken} | {(name, later)}
+                    terms[both] = terms[both] + sign * a if both in terms else sign * a
+                continue
             for other, b in right.terms.items():
                 both = one | other
                 if one and other:
-                    levelling = {name for name, kind in both if kind == "levelling"}
+                    levelling = {name for name, kind in both if kind != "time"}
                     if len(levelling) < len(one) + len(other):
                         raise NotExponentialError("unknowns are multiplied")
                 terms[both] = terms[both] + a * b if both in terms else a * b
@@ -144,6 +184,14 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
                 raise NotExponentialError(f"{name} levels out at two rates")
         rates = {**left.rates_per_s, **rates}
     return Exponential(terms, rates)
+
+
+def _levelled_alike(monomial: Monomial, decays: tuple[str, float]) -> tuple[str, float] | None:
+    """The levelling in a monomial of the time that decays; None without one."""
+    for name, kind in monomial:
+        if name == decays[0] and not isinstance(kind, str):
+            return name, kind
+    return None
 
 
 def same_rate(one: Operand, other: Operand) -> bool:
@@ -177,7 +225,8 @@ def form_of_leaf(leaf: Leaf, values: Values) -> Operand:
     """A time, or the value of a parameter."""
     if isinstance(leaf, Variable):
         return Exponential({frozenset({(leaf.name, "time")}): 1.0})
-    return values.get(leaf.name, leaf.value)
+    value = values.get(leaf.name, leaf.value)
+    return Part(value) if isinstance(leaf, Share) and isinstance(value, SupportsFloat) else value
 
 
 def exponential(
@@ -194,7 +243,7 @@ def exponential(
     form = (done or {}).get(id(expression))
     if form is None:
         form = fold(expression, lambda leaf: form_of_leaf(leaf, values), call, done=done)
-    return form if isinstance(form, Exponential) else Exponential({CONSTANT: form})
+    return form.whole if isinstance(form, Exponential) else Exponential({CONSTANT: form})
 
 
 class Affine(NamedTuple):
@@ -245,6 +294,7 @@ def affine(expression: Operand, values: Values, done: dict[int, Operand] | None 
         return Affine(form, {})
     if not form.linear:
         raise NotAffineError(lambda: not_linear(nodes(expression), done))
+    form = form.whole
     coefficients = {name: c for each, c in form.terms.items() for name, _ in each}
     return Affine(form.terms.get(CONSTANT, 0.0), coefficients)
 

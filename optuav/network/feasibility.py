@@ -48,7 +48,7 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
 
 def _out_of_reach(mission: Mission) -> str:
     """Say how far the link of the device reaches, and how far it had to."""
-    limits, device_m, hover_m = mission.limits, mission.link.device_m, mission.route.hover_m
+    limits, device_m, hover_m = mission.limits, mission.device_m, mission.route.hover_m
     radius_m = vehicle.coverage_radius_m(mission)
     if hover_m is None:
         height_m = abs(limits.min_altitude_m - device_m[2])

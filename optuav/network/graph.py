@@ -18,7 +18,7 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import shown
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
-from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN
+from optuav.network.places import DESTINATION, ENDS, ORIGIN
 from optuav.network.routes import build_routes
 
 if TYPE_CHECKING:
@@ -35,7 +35,9 @@ SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mi
 def graph(mission: Mission | str | Path) -> Graph:
     """Return the network of a mission as a graph that you can edit.
 
-    Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings, with
+    Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings. With
+    several devices the hover point of each is a node of its name instead of ``"hover"``, and has
+    its ``device`` and ``share`` too. All nodes have
 
     - ``kind``: ``"origin"``, ``"hover"``, ``"destination"`` or ``"building"``,
     - ``position_m``: (x, y, z) [m],
@@ -86,13 +88,19 @@ def as_graph(network: Network) -> Graph:
 
     places, legs = network.places, network.legs
     view: Graph = MissionGraph(name=network.mission.name)
-    for place in np.flatnonzero(places.exists).tolist():
+    served = dict(zip(places.hovers.tolist(), network.mission.served, strict=True))
+    in_order = [ORIGIN, *served, DESTINATION, *places.buildings.tolist()]
+    for place in (place for place in in_order if places.exists[place]):
+        of_device = {}
+        if network.mission.devices and (device := served.get(place)):
+            of_device = {"device": device.name, "share": device.share}
         view.add_node(
             places.names[place],
-            kind=ENDS[place] if place < len(ENDS) else "building",
+            kind=places.kind(place),
             position_m=tuple(places.position_m[place].tolist()),
             laser_sight=bool(places.laser_sight[place]),
             received_power_W=float(places.received_power_W[place]),
+            **of_device,
         )
     flyable = np.flatnonzero(legs.flyable)
     figures = np.stack([getattr(legs, name)[flyable] for name in EDGE_FIGURES], axis=1)
@@ -134,23 +142,27 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
 
 def _faults(view: Graph) -> Iterator[Fault]:
     """Yield the faults of a directed graph, node by node and edge by edge."""
+    several = any(
+        data.get("kind") == "hover" for node, data in view.nodes(data=True) if node not in ENDS
+    )
     for end in (ENDS[ORIGIN], ENDS[DESTINATION]):
         if end not in view:
             yield Fault(_node(end), "", "is missing", SOURCE)
     for node, data in view.nodes(data=True):
         if view.has_edge(node, node):
             yield Fault(_edge(node, node), "", "must lead to another place", SOURCE)
-        kind = node if node in ENDS else "building"
+        kinds = [node] if node in ENDS else ["building", *["hover"] * ("hover" not in view)]
         position_m = data.get("position_m")
         if isinstance(position_m, np.ndarray):
             position_m = position_m.tolist()
         three = isinstance(position_m, tuple | list) and len(position_m) == 3
         power_W, own_kind = _number(data.get("received_power_W")), data.get("kind")
         inside = three and all(abs(_number(component)) <= LARGEST for component in position_m or ())
-        is_kind = isinstance(own_kind, str) and own_kind == kind
+        is_kind = isinstance(own_kind, str) and own_kind in kinds
+        kind = " or ".join(map(repr, kinds if several else kinds[:1]))
         is_bool = isinstance(data.get("laser_sight"), bool | np.bool_)
         for name, right, words in (
-            ("kind", is_kind, f"must be {kind!r}"),
+            ("kind", is_kind, f"must be {kind}"),
             ("position_m", inside, "must be three finite numbers [m]"),
             ("laser_sight", is_bool, "must be True or False"),
             ("received_power_W", 0.0 <= power_W <= LARGEST, "must be a number ≥ 0 [W]"),
@@ -212,7 +224,8 @@ def edited_network(mission: Mission, view: Graph) -> Network:
         edited=(sight != places.laser_sight) | changed,
     )
     legs = edited_legs(computed.legs, places.names, view)
-    return Network(mission, places, legs, build_routes(legs, computed.routes.building[1::2]))
+    routes = build_routes(legs, computed.buildings, computed.routes.devices[:1])
+    return Network(mission, places, legs, routes)
 
 
 def edited_legs(
@@ -251,14 +264,22 @@ def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
     battery, places = computed.mission.battery, computed.places
     most_W = battery.charge_current_A * battery.nominal_voltage_V
     number = {name: k for k, name in enumerate(places.names)}
+    shares = {device.name: device.share for device in computed.mission.served}
     for node, data in view.nodes(data=True):
         if node not in number:
             yield Fault(_node(node), "", "the mission has no such place", SOURCE)
             continue
         known_m, known_W = places.position_m[number[node]], places.received_power_W[number[node]]
+        if (kind := places.kind(number[node])) != data["kind"]:
+            yield Fault(f"{_node(node)}.kind", shown(data["kind"]), f"must be {kind!r}", SOURCE)
+        if "share" in data and data["share"] != shares.get(node):
+            words = "shares are changed in the mission, by mission.replace"
+            yield Fault(f"{_node(node)}.share", shown(data["share"]), words, SOURCE)
         position_m = [float(component) for component in data["position_m"]]
         if not (np.abs(position_m - known_m) <= SAME_PLACE_M).all():
-            by = "route.hover_m" if node == ENDS[HOVER] else "mission.replace"
+            by = "mission.replace"
+            if places.hovers_at(number[node]):
+                by = f"devices.{node}.hover_m" if computed.mission.devices else "route.hover_m"
             words = f"places are moved in the mission, by {by}"
             yield Fault(f"{_node(node)}.position_m", shown(position_m), words, SOURCE)
         power_W = float(data["received_power_W"]) if data["laser_sight"] else 0.0

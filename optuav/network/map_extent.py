@@ -43,7 +43,7 @@ class Scene:
         """Radius of the coverage at the altitude of hovering [m]; NaN where it does not reach."""
         hover_z_m = float(self.places.position_m[HOVER, 2])
         altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
-        height_m = altitude_m - self.mission.link.device_m[2]
+        height_m = altitude_m - self.mission.device_m[2]
         squared = vehicle.coverage_radius_m(self.mission) ** 2 - height_m**2
         return math.sqrt(squared) if squared >= 0.0 else math.nan
 
@@ -53,7 +53,7 @@ class Scene:
 
         It holds all places, and the coverage as far as it does not dwarf them.
         """
-        mission, device = self.mission, np.array(self.mission.link.device_m[:2])
+        mission, device = self.mission, np.array(self.mission.device_m[:2])
         seen = [device, *self.places.position_m[self.places.exists, :2]]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
         seen += [*mission.buildings.outlines()[0]]

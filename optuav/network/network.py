@@ -10,9 +10,9 @@ from optuav.arrays import Integers
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.network.legs import NO_LEG, Legs, build_legs
-from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places, build_places
+from optuav.network.places import DESTINATION, ORIGIN, Places, build_places
 from optuav.network.prisms import prisms
-from optuav.network.routes import Routes, build_routes
+from optuav.network.routes import Routes, build_routes, leg_ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +24,12 @@ class Network:
     places: Places
     legs: Legs
     routes: Routes
+
+    @property
+    def buildings(self) -> Integers:
+        """Numbers of the buildings that its routes go by, rising."""
+        building = np.unique(self.routes.building)
+        return building[building >= 0]
 
     def route_names(self, route: int) -> tuple[str, ...]:
         """Names of the places of a route in flight order."""
@@ -37,8 +43,9 @@ class Network:
         Routes, legs and places are numbered anew; the ends stay.
         """
         routes, places, table = self.routes.take(which), self.places, self.legs
-        flown, building = routes.legs != NO_LEG, np.unique(routes.building)
-        kept = np.append(np.arange(FIRST_BUILDING), places.on(building[building >= 0]))
+        flown = routes.legs != NO_LEG
+        on = places.on(replace(self, routes=routes).buildings)
+        kept = np.append(np.arange(places.first_building), on)
         used, number = np.unique(routes.legs[flown], return_inverse=True)
         numbers = np.full(routes.legs.shape, NO_LEG)
         numbers[flown] = number
@@ -52,8 +59,9 @@ class Network:
 def build_network(mission: Mission) -> Network:
     """The network of a mission: its places, and all legs and routes with at most one building.
 
-    Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
-    building b: origin → b, b → hover, hover → b, b → destination. The last network is kept.
+    Legs are numbered as in `leg_ends`. With one device, 0 and 1 are origin → hover and hover →
+    destination, and 2 + 4 b to 5 + 4 b belong to building b: origin → b, b → hover, hover → b, b →
+    destination. Routes hover over several devices in the mission's order. The last network is kept.
     """
     if mission.buildings.source and mission.buildings.lacking:
         words = "the table itself is needed; the plan has only the buildings that it uses"
@@ -64,12 +72,10 @@ def build_network(mission: Mission) -> Network:
 
 def network_by(mission: Mission, places: Places, buildings: Integers) -> Network:
     """The network of a mission with only the routes by way of some buildings, by number."""
-    roof = FIRST_BUILDING + buildings
-    ways = np.array([(ORIGIN, -1), (-1, HOVER), (HOVER, -1), (-1, DESTINATION)])  # −1 for its roof
-    by_roof = np.where(ways < 0, roof[:, None, None], ways).reshape(-1, 2)
-    start, end = np.concatenate([[(ORIGIN, HOVER), (HOVER, DESTINATION)], by_roof]).T
+    roofs = places.first_building + buildings
+    start, end = leg_ends(places.hovers, (ORIGIN, DESTINATION), roofs)
     legs = build_legs(mission, places, prisms(mission.buildings), start, end)
-    routes = build_routes(legs, buildings)
+    routes = build_routes(legs, buildings, np.arange(len(places.hovers))[None])
     for array in (var for table in (places, legs, routes) for var in vars(table).values()):
         if isinstance(array, np.ndarray):
             array.setflags(write=False)  # All who ask for an equal mission share it

@@ -1,4 +1,4 @@
-"""The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
+"""The places of a mission as arrays: ends, hover points and buildings, with the laser's reach."""
 
 import itertools
 import math
@@ -21,26 +21,42 @@ from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
+"""Numbers of places with one device; of several, the others' hover points follow the destination,
+and then the buildings."""
 ENDS = ("origin", "hover", "destination")
 
 
-def on_landing(place: str) -> str:
-    """Return in words when a leg to a place ends."""
-    if place == "hover":
-        return "on reaching the hover point"
+def ends_of(mission: Mission) -> tuple[str, ...]:
+    """Names of all places but the buildings, by number."""
+    first, *others = (device.name for device in mission.served)
+    return "origin", first, "destination", *others
+
+
+def hover_point_of(place: str) -> str:
+    """Return the hover point at a place in words: the only one, or that of a device."""
+    return "the hover point" if place == "hover" else f"the hover point of {place}"
+
+
+def on_landing(place: str, *, hovers: bool) -> str:
+    """Return in words when a leg to a place ends, where the UAV hovers or lands."""
+    if hovers:
+        return f"on reaching {hover_point_of(place)}"
     return f"on landing at {'the ' * (place in ENDS)}{place}"
 
 
-def lands(place: str) -> str:
-    """Return in words that a leg to a place ends."""
-    if place == "hover":
-        return "reaches the hover point"
+def lands(place: str, *, hovers: bool) -> str:
+    """Return in words that a leg to a place ends, where the UAV hovers or lands."""
+    if hovers:
+        return f"reaches {hover_point_of(place)}"
     return f"lands at the {place}" if place in ENDS else f"lands on {place}"
 
 
 @dataclass(frozen=True)
 class Places:
-    """Places by number: origin, hover, destination, then the buildings in the mission's order."""
+    """Places by number: origin, hover, destination, then the buildings in the mission's order.
+
+    The hover points of several devices are the place 1 and those between destination and buildings.
+    """
 
     names: tuple[str, ...]
     position_m: Floats  # (place, 3) [m]; NaN for a hover point that does not exist
@@ -52,9 +68,29 @@ class Places:
     roofs: Integers  # By place after the ends: number of its building in the mission, rising
 
     @property
+    def first_building(self) -> int:
+        """Number of the first place that is a building."""
+        return len(self.names) - len(self.roofs)
+
+    @property
     def buildings(self) -> Integers:
         """Numbers of the places that are buildings."""
-        return np.arange(FIRST_BUILDING, len(self.names))
+        return np.arange(self.first_building, len(self.names))
+
+    @property
+    def hovers(self) -> Integers:
+        """Numbers of the hover points, in the mission's order of devices."""
+        return np.array([HOVER, *range(FIRST_BUILDING, self.first_building)])
+
+    def hovers_at(self, place: int) -> bool:
+        """Whether a place is a hover point."""
+        return place == HOVER or FIRST_BUILDING <= place < self.first_building
+
+    def kind(self, place: int) -> str:
+        """Kind of a place: origin, hover, destination or building."""
+        if place >= self.first_building:
+            return "building"
+        return ENDS[HOVER if place >= FIRST_BUILDING else place]
 
     @property
     def exists(self) -> Booleans:
@@ -65,12 +101,13 @@ class Places:
         """Return some of the places by number: the ends, and then others, rising."""
         columns = {field.name: getattr(self, field.name) for field in fields(self)[1:-1]}
         names = tuple(self.names[number] for number in numbers)
-        roofs = self.roofs[numbers[FIRST_BUILDING:] - FIRST_BUILDING]
+        first = self.first_building
+        roofs = self.roofs[numbers[first:] - first]
         return Places(names, **{name: each[numbers] for name, each in columns.items()}, roofs=roofs)
 
     def on(self, building: Integers | int) -> Integers:
-        """Return the numbers of the places on the roofs of buildings; the last end for −1."""
-        return np.asarray(FIRST_BUILDING - 1 + self.roofs.searchsorted(building, "right"))
+        """Return the numbers of the places on the roofs of buildings; the one before for −1."""
+        return np.asarray(self.first_building - 1 + self.roofs.searchsorted(building, "right"))
 
 
 def build_places(mission: Mission) -> Places:
@@ -78,21 +115,21 @@ def build_places(mission: Mission) -> Places:
     position_m = position_table(mission, mission.buildings.roof_m)
     roofs = np.arange(len(mission.buildings))
     sight, received = received_table(mission, position_m, (mission.buildings,), roofs)
-    names = (*ENDS, *mission.buildings.names)
+    names = (*ends_of(mission), *mission.buildings.names)
     power_W, current_A = received.power_W[0], received.current_A[0]
     edited = np.zeros(len(names), bool)
     return Places(names, position_m[0], sight[0], power_W, current_A, edited, roofs)
 
 
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
-    """Positions of all places (variant or 1, place, 3) [m]; NaN for a hover point out of reach.
+    """Positions of all places (variant or 1, place, 3) [m]; NaN for hover points out of reach.
 
     Figures may be columns (variant, 1), see `optuav.network.variants`; `roofs_m` are the positions
     of buildings ([variant,] building, 3), `radius_m` the coverage radius if known [m].
     """
     route = mission.route
-    hover_m = vehicle.hover_point_m(mission, radius_m)
-    ends_m = as_points(route.origin_m, hover_m, route.destination_m)
+    first_m, *others_m = vehicle.hover_points_m(mission, radius_m)
+    ends_m = as_points(route.origin_m, first_m, route.destination_m, *others_m)
     return _joined(ends_m, roofs_m if roofs_m.ndim == 3 else roofs_m[None])
 
 
@@ -110,7 +147,7 @@ def received_table(
         return np.zeros((1, count), bool), Flow(dark, dark)
     laser_m = as_points(mission.laser.position_m)
     if len(position_m) == len(laser_m) == 1 and len(roofs) == len(towns[0]):
-        ends_m = np.concatenate([laser_m, position_m[:, :FIRST_BUILDING]], axis=1)
+        ends_m = np.concatenate([laser_m, position_m[:, : count - len(roofs)]], axis=1)
         sight = _kept_sight(*towns, *ends_m.ravel().tolist())
     else:
         sight = _sight(towns, position_m, laser_m, roofs)
@@ -135,7 +172,7 @@ def _sight(
     """Sight of the laser by place (variant, place)."""
     number = np.arange(count := position_m.shape[1])
     lines = np.stack([np.full(count, count), number], axis=1)
-    own_roof = np.append(np.full(FIRST_BUILDING, CLEAR), roofs)[:, None]
+    own_roof = np.append(np.full(count - len(roofs), CLEAR), roofs)[:, None]
     return clear_past(towns, _joined(position_m, laser_m), lines, own_roof)
 
 
@@ -154,9 +191,10 @@ def own_roofs(towns: Sequence[Buildings], position_m: Floats, roofs: Integers) -
 
     That is the one on whose roof it stands; places after the ends stand on `roofs` by number.
     """
-    parts = zip(towns, np.split(position_m[:, :FIRST_BUILDING], len(towns)), strict=True)
+    first = position_m.shape[1] - len(roofs)
+    parts = zip(towns, np.split(position_m[:, :first], len(towns)), strict=True)
     ends = np.concatenate([roofs_below(each, part.reshape(-1, 3)) for each, part in parts])
-    ends = ends.reshape(-1, FIRST_BUILDING)
+    ends = ends.reshape(-1, first)
     ends = ends[:1] if (ends == ends[0]).all() else ends
     return np.concatenate([ends, np.broadcast_to(roofs, (len(ends), len(roofs)))], axis=1)
 

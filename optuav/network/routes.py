@@ -1,4 +1,4 @@
-"""Routes with at most one building, as arrays."""
+"""Routes with at most one building, as arrays: over every hover point once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -14,12 +14,14 @@ from optuav.options import Order
 class Routes:
     """Routes with at most one building; all arrays have one entry a route.
 
-    In the order of ties: direct, then the buildings in order, each rest first, then hover first.
+    In the order of ties: without a building, then by the order of devices, the buildings in order,
+    and the rest as early as possible.
     """
 
-    legs: Integers  # (route, 3): numbers of the legs flown, −1 for none
-    building: Integers  # Number of the building it goes by, −1 for the direct route
-    rest_first: Booleans  # Whether the building comes before the hover point
+    legs: Integers  # (route, devices + 2): numbers of the legs flown, −1 for none
+    building: Integers  # Number of the building it goes by, −1 for a direct route
+    rest_after: Integers  # Number of hovers before the building; all of them on a direct route
+    devices: Integers  # (route, device): numbers of the devices in flight order
     flyable: Booleans  # Whether all its legs are
     # Totals over its legs [s], [A s], [J].
     flight_time_s: Floats
@@ -29,34 +31,89 @@ class Routes:
     def __len__(self) -> int:
         return len(self.building)
 
+    @property
+    def rest_first(self) -> Booleans:
+        """Whether the building comes before all hover points."""
+        return np.asarray(self.rest_after == 0)
+
+    def in_order(self, order: Order) -> Booleans:
+        """Which routes have their rest before, between or after the hovers."""
+        last = self.devices.shape[1]
+        between = (self.rest_after > 0) & (self.rest_after < last)
+        after = {"rest-first": self.rest_after == 0, "hover-first": self.rest_after == last}
+        return np.asarray(after.get(order, between))
+
     def take(self, which: Sequence[int] | Integers) -> "Routes":
         """The routes with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
         return Routes(**{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
 
     def order(self, index: int) -> Order | None:
-        """Order of rest and hover on a route; None for the direct one."""
+        """Order of rest and hovers on a route; None for a direct one."""
         if self.building[index] < 0:
             return None
-        return "rest-first" if self.rest_first[index] else "hover-first"
+        before, count = int(self.rest_after[index]), self.devices.shape[1]
+        return "rest-first" if before == 0 else "hover-first" if before == count else "between"
 
 
-def build_routes(legs: Legs, buildings: Integers) -> Routes:
-    """All routes with at most one of some buildings, over the legs of `network_by`."""
-    first = np.arange(2, len(legs.start), 4)
-    numbers = np.empty((1 + 2 * len(first), 3), dtype=np.intp)
-    numbers[0] = 0, 1, NO_LEG
-    numbers[1::2] = np.stack([first, first + 1, np.ones_like(first)], axis=1)
-    numbers[2::2] = np.stack([np.zeros_like(first), first + 2, first + 3], axis=1)
-    count = np.arange(len(numbers))
-    return routes_along(legs, numbers, np.append(-1, buildings.repeat(2)), count % 2 == 1)
+def leg_ends(hovers: Integers, ends: tuple[int, int], roofs: Integers) -> tuple[Integers, Integers]:
+    """Start and end, by number of the place, of all legs that routes over some roofs may use.
+
+    First origin → d, d → d' and d → destination, then for every roof b origin → b, b → d, d → b and
+    b → destination.
+    """
+    origin, destination = ends
+    there = [(origin, d) for d in hovers.tolist()]
+    across = [(d, e) for d in hovers.tolist() for e in hovers.tolist() if d != e]
+    back = [(d, destination) for d in hovers.tolist()]
+    to_roof = [(-1, d) for d in hovers.tolist()]  # −1 for its roof
+    ways = np.array([(origin, -1), *to_roof, *((d, b) for b, d in to_roof), (-1, destination)])
+    by_roof = np.where(ways < 0, roofs[:, None, None], ways).reshape(-1, 2)
+    start, end = np.concatenate([there + across + back, by_roof]).T
+    return start, end
 
 
-def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:
+ONE_DEVICE = np.zeros((1, 1), dtype=np.intp)  # The only order of one device
+
+
+def build_routes(legs: Legs, buildings: Integers, devices: Integers = ONE_DEVICE) -> Routes:
+    """All routes with at most one of some buildings, in some orders of devices (order, device).
+
+    The legs are those of `leg_ends` over the buildings, numbered as there.
+    """
+    orders, count = devices.shape
+    own = count * (count + 1) + (2 * count + 2) * np.arange(len(buildings))[:, None]
+    straight = np.empty((orders, count + 1), dtype=np.intp)
+    straight[:, 0], straight[:, -1] = devices[:, 0], count * count + devices[:, -1]
+    here, there = devices[:, :-1], devices[:, 1:]
+    straight[:, 1:-1] = count + here * (count - 1) + there - (there > here)
+    numbers = np.full((orders, len(buildings), count + 1, count + 2), NO_LEG, dtype=np.intp)
+    for before in range(count + 1):
+        way = numbers[:, :, before]
+        way[:, :, :before] = straight[:, None, :before]
+        way[:, :, before + 2 :] = straight[:, None, before + 1 :]
+        way[:, :, before] = (own + (1 + count + devices[:, before - 1] if before else 0)).T
+        last = 1 + 2 * count
+        way[:, :, before + 1] = (own + (1 + devices[:, before] if before < count else last)).T
+    direct = np.full((orders, count + 2), NO_LEG, dtype=np.intp)
+    direct[:, :-1] = straight
+    places = np.arange(count + 1)
+    return routes_along(
+        legs,
+        np.concatenate([direct, numbers.reshape(-1, count + 2)]),
+        np.append(np.full(orders, -1), np.tile(buildings.repeat(len(places)), orders)),
+        np.append(np.full(orders, count), np.tile(places, orders * len(buildings))),
+        np.concatenate([devices, devices.repeat(len(buildings) * len(places), axis=0)]),
+    )
+
+
+def routes_along(
+    legs: Legs, numbers: Integers, building: Integers, rest_after: Integers, devices: Integers
+) -> Routes:
     """Routes by the numbers of the legs that each flies, with their totals; see `Routes`."""
     flyable = np.asarray((legs.flyable[numbers] | (numbers == NO_LEG)).all(axis=1))
     of_legs = np.stack([legs.duration_s, legs.charge_As, legs.energy_J])
-    return Routes(numbers, building, rest_first, flyable, *totals(of_legs, numbers))
+    return Routes(numbers, building, rest_after, devices, flyable, *totals(of_legs, numbers))
 
 
 def totals(of_legs: Floats, numbers: Integers) -> Floats:

@@ -15,7 +15,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
-from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.places import DESTINATION, ORIGIN
 from optuav.physics.flight import Flow
 from optuav.physics.kibam import STEPS, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
@@ -143,7 +143,7 @@ class Phase:
 def stay_net(network: Network, place: Quantity) -> Flow:
     """Net current [A] and power [W] into the battery: at the hover point, or on buildings."""
     places, mission = network.places, network.mission
-    hovers = np.ndim(place) == 0 and place == HOVER
+    hovers = np.ndim(place) == 0 and places.hovers_at(int(place))
     drawn = vehicle.hover_load(mission) if hovers else mission.flight_model.rest()
     received = places.charge_current_A[place], places.received_power_W[place]
     return Flow(received[0] - drawn.current_A, received[1] - drawn.power_W)
@@ -155,7 +155,10 @@ def route_phases(
     """Phases of a route in order, like `phases_along`; hover and rest time [s] may be arrays."""
     routes, ends = network.routes, network.legs.end
     legs = [int(leg) for leg in routes.legs[route] if leg != NO_LEG]
-    times_s = {HOVER: hover_time_s, int(network.places.on(routes.building[route])): rest_time_s}
+    points = network.places.hovers.tolist()
+    shares = (device.share * hover_time_s for device in network.mission.served)
+    times_s: dict[int, Quantity] = dict(zip(points, shares, strict=True))
+    times_s[int(network.places.on(routes.building[route]))] = rest_time_s
     # A place that is passed again has had its stay.
     stays_s = [times_s.pop(int(ends[leg]), 0.0) for leg in legs[:-1]]
     return phases_along(network, legs, stays_s)
@@ -184,8 +187,8 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
         speeds_m_s = () if table.speeds_m_s is None else table.speeds_m_s[:segments, leg].tolist()
         speeds = tuple(speeds_m_s)
         phases.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent, speeds))
-        if end == HOVER or end >= FIRST_BUILDING:
-            kind: Kind = "hover" if end == HOVER else "rest"
+        if end not in (ORIGIN, DESTINATION):
+            kind: Kind = "hover" if places.hovers_at(end) else "rest"
             stages = (PhaseStage(stay_s, *map(float, stay_net(network, end))),)
             at, edited = (names[end], names[end], 0.0), bool(places.edited[end])
             phases.append(Phase(kind, *at, stages, 0.0, 0.0, edited, (), ()))

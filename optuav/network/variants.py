@@ -26,8 +26,7 @@ from optuav.network.legs import shared_lines
 from optuav.network.network import Network
 from optuav.network.obstacles import CLEAR
 from optuav.network.places import (
-    FIRST_BUILDING,
-    HOVER,
+    as_points,
     clear_past,
     own_roofs,
     position_table,
@@ -105,16 +104,17 @@ class Variants:
         The names as in `optuav.solving.best_plans.REASONS`, the first that applies first.
         """
         mission, limits = self.mission, self.mission.limits
-        has_point, altitude_m = mission.route.hover_m is not None, self.position_m[:, [HOVER], 2]
-        beyond = self.hover_distance_m > self.coverage_radius_m * (1.0 + ON_RIM)
+        has_point = np.array([device.hover_m is not None for device in mission.served])
+        altitude_m = self.hover_altitudes_m
+        beyond = self.hover_distances_m > self.coverage_radius_m * (1.0 + ON_RIM)
         outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
         contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
         return {
             "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
             "no_lift": ~np.isfinite(self.hover_load.current_A),
             "too_windy": self.too_windy,
-            "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
-            "altitude": has_point & outside,
+            "out_of_reach": _anywhere(np.isnan(altitude_m) | (has_point & beyond)),
+            "altitude": _anywhere(has_point & outside),
         }
 
     @property
@@ -135,21 +135,29 @@ class Variants:
     @cached_property
     def position_m(self) -> Floats:
         """Places (variant or 1, place, 3) [m]; NaN for a hover point out of reach."""
-        roofs_m = self.network.places.position_m[FIRST_BUILDING:]
+        roofs_m = self.network.places.position_m[self.network.places.first_building :]
         if self.towns:
             every_m = np.stack([town.roof_m[self.network.places.roofs] for town in self.towns])
             roofs_m = every_m.repeat(self.count // len(self.towns), axis=0)
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
     def device_distance_m(self, places: slice) -> Floats:
-        """Distance of some places from the device (variant or 1, place) [m]."""
+        """Distance of some places from the one device (variant or 1, place) [m]."""
         x, y, z = np.moveaxis(self.position_m[:, places], -1, 0)
-        return np.asarray(distance(self.mission.link.device_m, (x, y, z)))
+        return np.asarray(distance(self.mission.device_m, (x, y, z)))
 
     @cached_property
-    def hover_distance_m(self) -> Floats:
-        """Distance of the hover point from the device (variant or 1, 1) [m]."""
-        return self.device_distance_m(slice(HOVER, HOVER + 1))
+    def hover_distances_m(self) -> Floats:
+        """Distance of every hover point from its device (variant or 1, device) [m]."""
+        x, y, z = np.moveaxis(self.position_m[:, self.network.places.hovers], -1, 0)
+        devices_m = as_points(*(device.position_m for device in self.mission.served))
+        u, v, w = np.moveaxis(devices_m, -1, 0)
+        return np.asarray(distance((u, v, w), (x, y, z)))
+
+    @property
+    def hover_altitudes_m(self) -> Floats:
+        """Altitudes of the hover points (variant or 1, device) [m]."""
+        return self.position_m[:, self.network.places.hovers, 2]
 
     @cached_property
     def received(self) -> Flow:
@@ -243,7 +251,7 @@ class Variants:
 def as_variants(*networks: Network) -> Variants:
     """Networks over the same buildings as variants of the first, each with its own figures.
 
-    All their missions state `route.hover_m`, or none does. The last variants are kept.
+    Hover points are stated in all of their missions, or in none. The last variants are kept.
     """
     first, missions = networks[0], [network.mission for network in networks]
     columns = dict[str, Floats]()
@@ -282,6 +290,13 @@ def as_variants(*networks: Network) -> Variants:
         distance_m=rows("legs", "distance_m"),
     )
     return variants
+
+
+def _anywhere(by_device: Booleans) -> Booleans:
+    """Where something holds for any of the devices (variant or 1, 1)."""
+    return np.asarray(
+        by_device if by_device.shape[1] == 1 else by_device.any(axis=1, keepdims=True)
+    )
 
 
 def _flat(tables: Iterable[Any]) -> Iterator[Quantity]:

@@ -60,15 +60,29 @@ def coverage_radius_m(mission: Mission) -> Quantity:
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
-    """Return the hover point [m]: `route.hover_m`, or w_U; NaN where nothing is in reach."""
-    route = mission.route
-    if route.hover_m is not None:
-        return route.hover_m
-    if radius_m is None:
-        radius_m = coverage_radius_m(mission)
+    """Return the hover point of the one device [m]; NaN where nothing is in reach.
+
+    `InputError` if there are several devices.
+    """
+    mission.device_m  # noqa: B018  (raises with several)
+    (point_m,) = hover_points_m(mission, radius_m)
+    return point_m
+
+
+def hover_points_m(mission: Mission, radius_m: Quantity | None = None) -> list[Vector]:
+    """Return the hover point of every device [m]: as stated, or w_U; NaN where it has no reach."""
+    route, points_m = mission.route, list[Vector]()
     laser_m = mission.laser.position_m if mission.laser else route.origin_m
-    places_m = route.origin_m, route.destination_m, mission.link.device_m
-    return link.hover_point(*places_m, radius_m, mission.limits.min_altitude_m, laser_m)
+    for device in mission.served:
+        if device.hover_m is not None:
+            points_m.append(device.hover_m)
+            continue
+        if radius_m is None:
+            radius_m = coverage_radius_m(mission)
+        places_m = route.origin_m, route.destination_m, device.position_m
+        low_m = mission.limits.min_altitude_m
+        points_m.append(link.hover_point(*places_m, radius_m, low_m, laser_m))
+    return points_m
 
 
 def hover_load(mission: Mission) -> Flow:

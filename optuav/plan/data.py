@@ -15,7 +15,7 @@ from optuav.flight.model import CruisingModel, FlightModel
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission
 from optuav.mission.messages import shown
-from optuav.network.places import ENDS
+from optuav.network.places import ends_of
 from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
 from optuav.physics.kibam import time_to_empty, time_to_full
 from optuav.status import Status
@@ -49,8 +49,9 @@ class Stop:
     Parameters
     ----------
     at
-        Name of a place: ``"hover"``, a building's, ``"origin"`` or ``"destination"``; or, in an
-        itinerary, another point to hover at, (x, y, z) [m], each up to 1e6.
+        Name of a place: ``"hover"`` or, of several devices, a device's; a building's, ``"origin"``
+        or ``"destination"``; or, in an itinerary, another point to hover at, (x, y, z) [m], each up
+        to 1e6.
     kind
         ``"rest"`` or ``"hover"``.
     duration_s
@@ -111,7 +112,7 @@ class PlanData(Record):
             with_or_without = "needs" if answered else "has no"
             faults = [f"with status {self.status.value}, a plan {with_or_without} phases and soc"]
         here, named = None, {end for p in self.phases for end in (p.start_place, p.end_place)}
-        known = {*ENDS, *named.intersection(self.mission.buildings.names)}
+        known = {*ends_of(self.mission), *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
             strange = (name for name in ends if name not in known)
@@ -141,6 +142,16 @@ class PlanData(Record):
     def hover_time_s(self) -> float:
         """Δ [s]."""
         return sum((p.duration_s for p in self._existing() if p.kind == "hover"), 0.0)
+
+    @property
+    def hovers(self) -> dict[str, float]:
+        """Hover time by device, in flight order [s]; of one device by its place, "hover"."""
+        hovers_s = dict[str, float]()
+        for phase in self._existing():
+            if phase.kind == "hover":
+                at = phase.end_place
+                hovers_s[at] = hovers_s.get(at, 0.0) + phase.duration_s
+        return hovers_s
 
     @property
     def rest_time_s(self) -> float:
@@ -222,8 +233,8 @@ class PlanData(Record):
     @property
     def has_several_stops(self) -> bool:
         """True if it has, or was asked for with, several rests or several hovers."""
-        kinds = [phase.kind for phase in self.phases]
-        return self.engine == "search" or kinds.count("rest") > 1 or kinds.count("hover") > 1
+        kinds, hovers = [phase.kind for phase in self.phases], len(self.mission.served)
+        return self.engine == "search" or kinds.count("rest") > 1 or kinds.count("hover") > hovers
 
     def _existing(self) -> tuple[Phase, ...]:
         if not self.phases:

@@ -70,7 +70,8 @@ def heading(plan: PlanData) -> list[Line]:
         return lines + [("Because", reason) for reason in plan.reasons]
     longest = plan.problem == "P1" and plan.trajectory == "optimal"
     among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
-    which = " with at most one rest and one hover in one piece" if among else ""
+    which = " with at most one rest" if among else ""
+    which += " and one hover in one piece" if among and not plan.mission.devices else ""
     status = plan.status.value.replace("_", " ")
     lines.append(("Answer", f"{status}{which} ({plan.proof})"))
     if plan.flyable is not None:

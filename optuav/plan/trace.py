@@ -28,9 +28,10 @@ class FlightEvent:
     kind
         Of a violation ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``,
         ``"altitude"``, ``"coverage"``, ``"building"``, ``"clearance"``, ``"speed"``, ``"ends"``,
-        ``"no roof"``, ``"impossible"``, ``"mismatch"`` or ``"no plan"``; of other events
-        ``"no sight"``, ``"below reserve"``, ``"peak speed"``, ``"no drag"``, ``"stated"``,
-        ``"unknown"`` (buildings of a table that is not here), ``"pack empty"`` or ``"pack full"``.
+        ``"no roof"``, ``"impossible"``, ``"mismatch"``, ``"no plan"``, or with several devices
+        ``"device"``, ``"share"`` or ``"rests"``; of other events ``"no sight"``,
+        ``"below reserve"``, ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"unknown"`` (buildings
+        of a table that is not here), ``"pack empty"`` or ``"pack full"``.
     time_s, words
         Moment, counted from take-off [s], and what happens, for a person.
     value, limit, unit, value_s

@@ -16,7 +16,7 @@ from optuav.mission.messages import shown
 from optuav.mission.table_files import check, read_buildings
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import ENDS
+from optuav.network.places import ends_of
 from optuav.network.prisms import prisms
 from optuav.plan.data import PlanData
 from optuav.plan.summary import TABLE
@@ -27,8 +27,9 @@ def used_buildings(plan: PlanData) -> Buildings:
     mission, buildings, route = plan.mission, plan.mission.buildings, plan.mission.route
     names = {end for phase in plan.phases for end in (phase.start_place, phase.end_place)}
     numbers = {k: name for k, name in enumerate(buildings.names) if name in {*names, plan.building}}
-    ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
-    at_m = {name: (CLEAR, end) for name, end in zip(ENDS, ends_m, strict=True)}
+    first_m, *others_m = vehicle.hover_points_m(mission)
+    ends_m = route.origin_m, first_m, route.destination_m, *others_m
+    at_m = {name: (CLEAR, end) for name, end in zip(ends_of(mission), ends_m, strict=True)}
     at_m |= {name: (k, tuple(buildings.roof_m[k])) for k, name in numbers.items()}
     lines: list[Any] = []
     for leg in (phase for phase in plan.phases if phase.kind == "flight"):

@@ -287,7 +287,7 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
             lines.append(stay if stop.duration_s > 0.0 else "passes by")
         labels.append(style.Label("\n".join(lines), (x, y)))
     written, mission = {label.at for label in labels}, shown.mission
-    scenery = [style.Label("device $\\mathbf{w}_u$", mission.link.device_m[:2])]
+    scenery = [style.Label("device $\\mathbf{w}_u$", mission.device_m[:2])]
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
     # A plan names the roofs that it uses; without one, all names help to choose.
@@ -395,7 +395,7 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.0)
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
-    device = mission.link.device_m[:2]
+    device = mission.device_m[:2]
     if math.isfinite(radius_m := shown.disc_radius_m):
         radius_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device).max()))
         disc = Circle(device, radius_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
@@ -423,7 +423,7 @@ def draw_site(ax: Axes, shown: Scene, walls: Look, *, cased: bool = False) -> li
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
     mission, entries = shown.mission, draw_buildings(ax, shown, walls)
     above: Look = {"cased": cased, "zorder": 4}
-    entries += signs.put(ax, "device", mission.link.device_m, "ground device", **above)
+    entries += signs.put(ax, "device", mission.device_m, "ground device", **above)
     if mission.laser is not None:
         entries += signs.put(ax, "laser", mission.laser.position_m, "laser", **above)
     return entries

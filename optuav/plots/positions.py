@@ -146,7 +146,7 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     if not hasattr(found, "candidates_m"):
         raise InputError([Fault("found", shown(found), "as optuav.place_laser returns it")])
     site, served = scene(found.missions[0]), found.laser >= 0
-    devices_m = np.array([mission.link.device_m[:2] for mission in found.missions])
+    devices_m = np.array([mission.device_m[:2] for mission in found.missions])
     candidates_m, lasers_m = found.candidates_m[:, :2], found.position_m[:, :2]
     chosen_m = candidates_m[[*found.selection.sites]]
     roofs_m = found.missions[0].buildings.roof_m[:, :2]

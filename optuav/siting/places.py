@@ -97,7 +97,7 @@ class HoverTimes:
         first, shape = numbers[0], (len(numbers), len(sites_m))
         columns = _columns("laser.position_m", np.tile(sites_m, (shape[0], 1)))
         if len(numbers) > 1:  # else legs have one row
-            devices_m = np.array([self.missions[number].link.device_m for number in numbers])
+            devices_m = np.array([self.missions[number].device_m for number in numbers])
             columns |= _columns("link.device_m", devices_m.repeat(shape[1], axis=0))
         variants = Variants(build_network(self.missions[first]), columns)
         return best_plans(variants, self._questions[first]).hover_time_s.reshape(shape)

@@ -7,14 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, MissionFigure, Quantities
+from formulations.parameters import (
+    FROM_HOVER,
+    TO_HOVER,
+    Covered,
+    Hover,
+    Landing,
+    MissionFigure,
+    Quantities,
+)
 from formulations.soc import STAYS
 from optuav.arrays import Integers
 from optuav.mission.keys import numeric_keys, stated_value
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
-from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.places import HOVER
 from optuav.network.routes import totals
 from optuav.network.variants import Variants, as_variants
 from optuav.physics.kibam import Shift, Stage
@@ -34,22 +42,56 @@ def quantities(
     """Quantities of some itineraries, all direct or all by way of a building.
 
     Arrays have one entry per itinerary of a mission, or of numbered variants of it. The steps on
-    the way are among them if all stay in the same order: the stages of flight, or legs as a whole
-    if `shifts` says what their stages do. Legs to and from an open hover point are named. So are
-    the landings, if the mission wants its reserve there.
+    the way are among them if all stay in the same order, and for the same shares: the stages of
+    flight, or legs as a whole if `shifts` says what their stages do. Legs to and from an open hover
+    point are named. So are the landings, if the mission wants its reserve there.
     """
     variants = as_variants(source) if isinstance(source, Network) else source
-    first = variants.network.routes.rest_first[which]
-    one_order = first.all() or not first.any()
+    one_order = _one_order(variants, which)
     way = tuple[Any, ...]()
     if steps and one_order:
         way = tuple(_steps(variants, which, variant, rests, hover_open, shifts))
     landings = tuple[Landing, ...]()
     if variants.mission.limits.keep_soc == "always" and one_order:
         landings = tuple(_landings(variants, which, variant, rests, way))
-    changes = {"steps": way, "landings": landings, "rests": rests}
+    changes: dict[str, Any] = {"steps": way, "landings": landings, "rests": rests}
+    if variants.mission.devices:
+        changes["covered"] = tuple(_covered(variants, which, variant))
+        if way or landings:
+            changes["hovers"] = tuple(_hovers(variants, which, variant))
     changes["numbers"] = partial(numbers, variants, which, variant)
     return select(route_quantities(variants), which, variant, **changes)
+
+
+def _one_order(variants: Variants, which: Integers) -> bool:
+    """Whether itineraries stay in the same order, and at the hover points for the same shares."""
+    routes = variants.network.routes
+    after = routes.rest_after[which]
+    if not (after == after[:1]).all():
+        return False
+    shares = np.array([device.share for device in variants.mission.served])[routes.devices[which]]
+    return bool((shares == shares[:1]).all())
+
+
+def _hovers(variants: Variants, which: Integers, variant: Integers | None) -> Iterator[Hover]:
+    """The hovers of itineraries over several devices, in flight order."""
+    served, points = variants.mission.served, variants.network.places.hovers
+    drawn_A = table_entries(variants.hover_load.current_A, variant, np.zeros(len(which), np.intp))
+    for devices in variants.network.routes.devices[which].T:
+        received_A, received_W = (
+            table_entries(table, variant, points[devices]) for table in variants.received
+        )
+        share = served[int(devices[0])].share if len(devices) else 1.0
+        yield Hover(share, drawn_A - received_A, received_W)
+
+
+def _covered(variants: Variants, which: Integers, variant: Integers | None) -> Iterator[Covered]:
+    """The hover points of several devices, in the mission's order."""
+    of_points = variants.hover_distances_m, variants.hover_altitudes_m
+    for number, device in enumerate(variants.mission.served):
+        column = np.full(len(which), number)
+        figures = (table_entries(table, variant, column) for table in of_points)
+        yield Covered(device.name, *figures)
 
 
 def numbers(
@@ -65,7 +107,7 @@ def numbers(
     flown_m = totals(variants.distance_m, network.routes.legs)
     named["flight_distance_m"] = MissionFigure(table_entries(flown_m, variant, which), "m")
     building = network.routes.building[which]
-    stays = {"hover": np.full(len(which), HOVER)}
+    stays = {} if variants.mission.devices else {"hover": np.full(len(which), HOVER)}
     stays |= {"rest": network.places.on(building)} if (building >= 0).all() else {}
     for stay, place in stays.items():
         for axis in range(3):
@@ -106,7 +148,9 @@ def subset(table: Quantities, which: Integers | slice | int) -> Quantities:
         each._replace(charge_As=taken(each.charge_As), energy_J=taken(each.energy_J))
         for each in table.landings
     ]
-    return map_arrays(table, taken, steps=taken(table.steps), landings=landings)
+    steps, hovers = taken(table.steps), [Hover(*map(taken, hover)) for hover in table.hovers]
+    covered = [Covered(*map(taken, point)) for point in table.covered]
+    return map_arrays(table, taken, steps=steps, landings=landings, hovers=hovers, covered=covered)
 
 
 def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
@@ -196,7 +240,12 @@ def route_quantities(variants: Variants) -> Quantities:
         if (full_J := getattr(battery, f"{load}_energy_J")) is not None and np.isnan(full_J).any():
             full_J = np.where(np.isnan(full_J), packs * capacity_As * mean_V, full_J)
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
-    received_A, received_W = (received[:, [HOVER]] for received in variants.received)
+    places, served = variants.network.places, variants.mission.served
+    received_A, received_W = (received[:, places.hovers] for received in variants.received)
+    net_A, lit_W = (
+        sum(device.share * table[:, [n]] for n, device in enumerate(served))
+        for table in (hover_A - received_A, received_W)
+    )
     resting = variants.mission.flight_model.rest()
     rest_A, rest_W = (
         np.where(building >= 0, table[:, roof] - drawn, 0.0)
@@ -219,9 +268,9 @@ def route_quantities(variants: Variants) -> Quantities:
         flight_time_s=flight_s,
         flight_charge_As=flight_As,
         flight_energy_J=flight_J,
-        hover_current_A=hover_A - received_A,
+        hover_current_A=net_A,
         hover_power_W=hover_W,
-        hover_received_W=received_W,
+        hover_received_W=lit_W,
         rest_current_A=rest_A,
         rest_received_W=rest_W,
         **voltages,
@@ -230,9 +279,9 @@ def route_quantities(variants: Variants) -> Quantities:
         start_soc=soc,
         start_available_As=wells[0],
         start_bound_As=wells[1],
-        hover_distance_m=variants.hover_distance_m,
+        hover_distance_m=variants.hover_distances_m.max(axis=1, keepdims=True),
         coverage_radius_m=np.atleast_2d(variants.coverage_radius_m),
-        hover_altitude_m=variants.position_m[:, [HOVER], 2],
+        hover_altitude_m=variants.hover_altitudes_m.min(axis=1, keepdims=True),
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,
         end_gap_m=np.zeros((1, len(building))),
@@ -244,8 +293,9 @@ def legs_and_stays(
     network: Network, which: Integers, rests: bool
 ) -> Iterator[tuple[Integers, str]]:
     """The legs that itineraries fly, one after the other, each with the stay after it."""
+    places = network.places
     for legs in network.routes.legs[which].T:
         if (legs != NO_LEG).any():
-            end = network.legs.end[legs[0]]
-            rest = "rest" if end >= FIRST_BUILDING and rests else ""
-            yield legs, "hover" if end == HOVER else rest
+            end = int(network.legs.end[legs[0]])
+            rest = "rest" if end >= places.first_building and rests else ""
+            yield legs, "hover" if places.hovers_at(end) else rest

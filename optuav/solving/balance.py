@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from formulations.parameters import Quantities
-from formulations.soc import PERSPECTIVES
-from optuav.arrays import Booleans, Floats
+from formulations.soc import PERSPECTIVES, hovered_before
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.network import Network
@@ -37,6 +38,20 @@ class Balance(NamedTuple):
     least_rest_s: Quantity = 0.0
     least_hover_s: Quantity = 0.0
     most_hover_s: Quantity = math.inf
+    # Of several devices, spare and drawn at landings after a rest and some hovers; drawn is
+    # infinite where there is no such landing.
+    after_both: tuple[tuple[Quantity, Quantity], ...] = ()
+
+    def take(self, which: Integers) -> Balance:
+        """Spare, drawn, gained and time left of some routes."""
+        spare, drawn, gained, left_s = (np.asarray(each)[which] for each in self[:4])
+        return Balance(spare, drawn, gained, left_s)
+
+    def map(self, take: Callable[[Any], Any]) -> Balance:
+        """The balance with other arrays in place of its own."""
+        taken = tuple((take(spare), take(drawn)) for spare, drawn in self.after_both)
+        figures: tuple[Any, ...] = self[:-1]
+        return Balance._make([*map(take, figures), taken])
 
 
 @lru_cache(maxsize=1)
@@ -46,17 +61,36 @@ def balance(variants: Variants, perspective: Perspective) -> Balance:
     whole = Balance(*affine_charge(columns, perspective), columns.time_left)
     if variants.mission.limits.keep_soc == "end":
         return whole
-    rests, rest_first = routes.building >= 0, routes.rest_first
+    rests, last = routes.building >= 0, routes.devices.shape[1]
     charge_As, energy_J = (np.zeros((1, 1)) for _ in range(2))
-    for number, legs in enumerate(routes.legs.T[:2]):
+    for number, legs in enumerate(routes.legs.T[: last + 1]):
         charge, energy = (each.T[legs] for each in variants.of_legs[1:])
         charge_As, energy_J = charge_As + charge, energy_J + energy
         upto = replace(columns, flight_charge_As=charge_As, flight_energy_J=energy_J)
-        stays = (number > 0) & np.array([rests & ~rest_first, rest_first])[:, :, None]
-        landing = Landed(*stays)
-        applies = (rests | (number == 0))[:, None]  # The second leg of the direct route ends it
+        rested = rests & (number > routes.rest_after)
+        hovers = number - rested
+        if last > 1:
+            upto = _hovered(variants, upto, hovers)
+        landing = Landed((hovers > 0)[:, None], rested[:, None])
+        applies = (rests | (number < last))[:, None]  # The last leg of a direct route ends it
         whole = _kept(whole, upto, perspective, landing, applies)
     return whole
+
+
+def _hovered(variants: Variants, columns: Quantities, hovers: Integers) -> Quantities:
+    """The quantities of the first hovers of every route over several devices, as those of Δ."""
+    points, order = variants.network.places.hovers, variants.network.routes.devices
+    flown = np.arange(order.shape[1]) < hovers[:, None]
+    share = np.array([device.share for device in variants.mission.served])
+    weights = np.zeros(order.shape)
+    np.put_along_axis(weights, order, flown * share[order], axis=1)
+    received_A, received_W = (table[:, points].T for table in variants.received)
+    return replace(
+        columns,
+        hover_current_A=weights @ (variants.hover_load.current_A.T - received_A),
+        hover_power_W=columns.hover_power_W * weights.sum(axis=1, keepdims=True),
+        hover_received_W=weights @ received_W,
+    )
 
 
 def balance_along(given: Quantities, perspective: Perspective) -> Balance:
@@ -64,6 +98,8 @@ def balance_along(given: Quantities, perspective: Perspective) -> Balance:
     whole = Balance(*affine_charge(given, perspective), given.time_left)
     for charge_As, energy_J, stays, _ in given.landings:
         upto = replace(given, flight_charge_As=charge_As, flight_energy_J=energy_J)
+        if given.hovers:
+            upto = replace(upto, **hovered_before(given, stays.count("hover")))
         whole = _kept(whole, upto, perspective, Landed("hover" in stays, "rest" in stays))
     return whole
 
@@ -80,7 +116,7 @@ def affine_charge(
 
 
 class Landed(NamedTuple):
-    """The stay before a landing that is not the last: at most one of both."""
+    """The stays before a landing that is not the last; both only with several devices."""
 
     hovered: Booleans | bool
     rested: Booleans | bool
@@ -97,7 +133,12 @@ def _kept(
     """The balance that also keeps η0 at a landing; with an endless least rest where it cannot."""
     spare, drawn, gained = map(np.asarray, affine_charge(upto, perspective))
     spare = np.where(np.abs(spare) <= TOLERANCE, 0.0, spare)
-    short, (hovered, rested) = applies & (spare < 0.0), landed
+    hovered, rested = landed
+    if np.any(both := np.logical_and(hovered, rested)):
+        endless = np.where(applies & both, drawn, np.inf)
+        routes = routes._replace(after_both=(*routes.after_both, (spare, endless)))
+        applies = applies & ~both
+    short = applies & (spare < 0.0)
     void = short & ~((hovered & (drawn != 0.0)) | (rested & (gained > 0.0)))
     rest_s = np.where(void, np.inf, np.where(short & rested, -spare / gained, 0.0))
     least_s = np.where(short & hovered & (drawn < 0.0), spare / drawn, 0.0)
@@ -119,7 +160,7 @@ def by_balance(network: Network) -> tuple[Floats, Floats]:
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def longest_by_balance(routes: Balance) -> Floats:
     """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
-    spare, drawn, gained, left_s, _, least_s, top_s = _without_least_rest(routes)
+    spare, drawn, gained, left_s, _, least_s, top_s, _ = moved = _without_least_rest(routes)
     # Resting for all the time that is left; a rest that takes charge is useless.
     gained = gained if np.all(np.asarray(gained) >= 0.0) else np.maximum(gained, 0.0)
     both = drawn + gained
@@ -128,6 +169,9 @@ def longest_by_balance(routes: Balance) -> Floats:
         charges = np.where(spare >= drawn * left_s, np.inf, -np.inf)
         most_s = np.where(both > 0.0, most_s, charges)
     hover_s = np.minimum(np.minimum(left_s, most_s), top_s)
+    for row in moved.after_both:
+        most_s, least_of_row_s = _with_both(moved, *row)
+        hover_s, least_s = np.minimum(hover_s, most_s), np.maximum(least_s, least_of_row_s)
     possible = hover_s >= least_s
     return hover_s if np.all(possible) else np.where(possible, hover_s, -np.inf)
 
@@ -138,14 +182,30 @@ def shortest_by_balance(hover_s: Floats, routes: Balance) -> Floats:
 
     Where a landing caps Δ, only what the end needs.
     """
-    spare, drawn, gained, left_s, _, _, top_s = beyond = _without_least_rest(routes)
+    spare, drawn, gained, left_s, _, _, top_s, _ = beyond = _without_least_rest(routes)
     # The gain of a rest with almost no charging current is rounding.
     without_s = longest_by_balance(beyond._replace(gained=0.0))
     gains = without_s < hover_s - NOTHING * np.maximum(hover_s, 1.0)
     rests = gains & (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
     needed_s = np.where(hover_s < top_s, np.inf, (drawn * hover_s - spare) / gained)
-    rest_s = np.where(rests, np.minimum(left_s - hover_s, needed_s), 0.0)
-    return np.where(hover_s >= 0.0, routes.least_rest_s + rest_s, 0.0)
+    rest_s = routes.least_rest_s + np.where(rests, np.minimum(left_s - hover_s, needed_s), 0.0)
+    for spare_As, drawn_A in routes.after_both:
+        applies = np.isfinite(drawn_A) & (np.asarray(gained) > 0.0)
+        needed_s = np.where(applies, (drawn_A * hover_s - spare_As) / gained, 0.0)
+        rest_s = np.maximum(rest_s, needed_s)
+    return np.where(hover_s >= 0.0, rest_s, 0.0)
+
+
+def _with_both(routes: Balance, spare: Quantity, drawn: Quantity) -> tuple[Floats, Floats]:
+    """The most and the least Δ [s] with drawn · Δ ≤ spare + gained · T', with any T' in time."""
+    gained = np.maximum(routes.gained, 0.0)
+    slope, level = drawn + gained, spare + gained * routes.left_s
+    ends_s, applies = level / slope, np.isfinite(drawn)
+    most_s = np.where(
+        slope > 0.0, ends_s, np.where((slope < 0.0) | (level >= 0.0), np.inf, -np.inf)
+    )
+    least_s = np.where(slope < 0.0, ends_s, 0.0)
+    return np.where(applies, most_s, np.inf), np.where(applies, least_s, 0.0)
 
 
 def _without_least_rest(routes: Balance) -> Balance:
@@ -153,5 +213,7 @@ def _without_least_rest(routes: Balance) -> Balance:
     least_s = routes.least_rest_s
     if not np.any(least_s):
         return routes
-    spare, left_s = routes.spare + routes.gained * least_s, routes.left_s - least_s
-    return routes._replace(spare=spare, left_s=left_s, least_rest_s=0.0)
+    gain = routes.gained * least_s
+    moved = tuple((spare + gain, drawn) for spare, drawn in routes.after_both)
+    spare, left_s = routes.spare + gain, routes.left_s - least_s
+    return routes._replace(spare=spare, left_s=left_s, least_rest_s=0.0, after_both=moved)

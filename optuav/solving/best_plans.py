@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias
 
@@ -21,7 +21,7 @@ from optuav.engines import bracket
 from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
-from optuav.modelling.forms import CONSTANT, Exponential
+from optuav.modelling.forms import CONSTANT, Exponential, Monomial, part
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
@@ -31,7 +31,7 @@ from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, 
 from optuav.solving.longest import longest
 from optuav.solving.question import Question, solve_model
 from optuav.solving.ranking import tied
-from optuav.solving.route_models import declarations, permitted_routes, routes_by_kind
+from optuav.solving.route_models import by_shares, declarations, permitted_routes, routes_by_kind
 from optuav.status import SAME_S, Status
 
 Codes: TypeAlias = npt.NDArray[np.int8]
@@ -66,6 +66,8 @@ ROUNDS = 3  # Bracketing rounds: the most promising open routes; in the last rou
 STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
 BEYOND_S = 1e-6  # Time after Newton's moment when the well is shown to be empty [s]
 ROUNDED_WELL = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
+HOVER_TIME: Monomial = frozenset({("hover", "time")})
+HOVERING = Exponential({HOVER_TIME: 1.0})
 CODES = {name: code for code, name in enumerate(REASONS)}
 
 
@@ -244,7 +246,7 @@ def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) ->
     variant = best // len(hover_s)
     route = best - len(hover_s) * variant
     times_s = hover_s[route, variant]
-    balances = Balance(*(table_entries(values, route, variant) for values in routes))
+    balances = routes.map(lambda values: table_entries(values, route, variant))
     rests_s = shortest_by_balance(times_s, balances)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return TiedPlans(variant, route, times_s, rests_s, *known)
@@ -298,11 +300,13 @@ def _in_steps(
 
     The stages of a flight are one step if the available well falls all along it.
     """
+    routes, shares = variants.network.routes, [each.share for each in variants.mission.served]
     whole = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
     whole = whole & (not route_quantities(variants).tapers)
     for shifts, alike in (variants.shifts, whole), ((), ~whole):
         members = np.flatnonzero(alike)
-        for group, rests in routes_by_kind(variants.network.routes, route[members], ordered=True):
+        of_kind = routes_by_kind(routes, route[members], ordered=True, shares=shares)
+        for group, rests in of_kind:
             batch = members[group]
             which = route[batch], variant[batch]
             yield batch, quantities(variants, *which, rests=rests, shifts=shifts)
@@ -320,43 +324,75 @@ def bracketed(
     return hover_s, rest_s, solution.beyond
 
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _well_bound(variants: Variants, most_s: Floats) -> Floats:
-    """Upper bounds of Δ (route, variant) [s]: full wells, one flight, the hover, the next flight.
+    """Upper bounds of Δ (route, variant) [s]: the flights and hovers before a rest, and after it.
 
     Wells that hold more keep holding more (`optuav.physics.kibam`): no rest leaves more than full
-    wells, and the available well must not be empty before the next stay. Newton's method finds the
-    moment when it is empty. Just after it, the well is shown to be below 0 and to fall; else the
-    bound is infinite.
+    wells, and the available well must not be empty before the next stay.
     """
     table, routes = transpose(route_quantities(variants)), variants.network.routes
     pool = Battery(table.battery_As, table.available_fraction, table.flow_rate_per_s)
-    first, second, third = routes.legs.T
-    rest_first = (routes.building >= 0) & routes.rest_first
     gained, tilted = tilted_after(pool, Tilted(0.0, 0.0), *variants.shifts)
     whole = gained, math.prod(shift.remaining for shift in variants.shifts), tilted
-    before, after = (
-        Shift(*(values.T[legs] for values in whole))
-        for legs in np.where(rest_first, (second, third), (first, second))
-    )
-    hover = Exponential({frozenset({("hover", "time")}): 1.0})
-    stages = before, Stage(-table.hover_current_A, hover), after
-    begin = start_charge(pool, table)
-    if table.starts_charged:  # A rest first may have filled the wells before the hover
-        full = zip(start(pool), begin, strict=True)
-        begin = Tilted(*(np.where(rest_first[:, None], a, b) for a, b in full))
-    charge = tilted_after(pool, begin, *stages)
-    terms = charge.wells(pool).available_As.terms
-    monomials = CONSTANT, *(frozenset({("hover", kind)}) for kind in ("time", "levelling"))
-    level, slope, bend = (terms.get(monomial, 0.0) for monomial in monomials)
+    flights = [Shift(*(values.T[legs] for values in whole)) for legs in routes.legs.T]
+    received_A, points = variants.received[0], variants.network.places.hovers
+    net_A = (variants.hover_load.current_A - received_A[:, points]).T
+    served, last = variants.mission.served, routes.devices.shape[1]
+    shares, begin = np.array([device.share for device in served]), start_charge(pool, table)
+    bound_s = np.full(most_s.shape, np.inf)
+    for after in range(last + 1):
+        (members,) = np.nonzero(routes.rest_after == after)
+        parts = by_shares(routes.devices[members], shares.tolist()) if len(members) else ()
+        for alike in parts:
+            group = members[alike]
+            # Numbers of the hovers, and of the flights more than hovers before them.
+            until_rest = [(begin, range(after), 0)] * (after > 0)
+            from_rest = [(start(pool), range(after, last), 1)] * (after < last)
+            for charge, hovers, rested in until_rest + from_rest:
+                stages = list[Stage | Shift]()
+                for k in [*hovers, hovers.stop]:
+                    stages.append(Shift(*(x[group] for x in flights[k + rested])))
+                    if k < hovers.stop:
+                        devices = routes.devices[group, k]
+                        alone = devices[:1] if (devices == devices[:1]).all() else devices
+                        hover = part(float(shares[devices[0]]), HOVERING)
+                        stages.append(Stage(-net_A[alone], hover))
+                known_s = _empty_by(pool, _of_group(charge, group), stages, most_s[group])
+                bound_s[group] = np.minimum(bound_s[group], known_s)
+    return bound_s
+
+
+def _of_group(charge: Tilted, group: Integers) -> Tilted:
+    """The charge at the start of some routes; it may be the same for all."""
+    return Tilted(*(x[group] if np.ndim(x) and len(x) > 1 else x for x in charge))
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _empty_by(
+    pool: Battery, charge: Tilted, stages: Sequence[Stage | Shift], most_s: Floats
+) -> Floats:
+    """Upper bounds of Δ [s] by which the available well is empty at the end of some stages.
+
+    Newton's method finds the moment when it is empty. Just after it, the well is shown to be below
+    0 and to fall; else the bound is infinite.
+    """
+    terms = tilted_after(pool, charge, *stages).wells(pool).available_As.terms
+    level, slope = (terms.get(monomial, 0.0) for monomial in (CONSTANT, HOVER_TIME))
+    bends = [(s, c) for m, c in terms.items() for _, s in m if s != "time"]
     rate_per_s, bound_s = pool.rate_per_s, most_s
     for step in range(STEPS + 1):
-        levelled_s = np.expm1(-rate_per_s * bound_s) / -rate_per_s
-        left = level + slope * bound_s + bend * levelled_s
-        falls = slope + bend * (1.0 - rate_per_s * levelled_s)
+        left, falls, rises = level + slope * bound_s, slope, slope
+        for share, bend in bends:
+            s_bound_s = bound_s if share == 1.0 else share * bound_s
+            levelled_s = np.expm1(-rate_per_s * s_bound_s) / -rate_per_s
+            left = left + bend * levelled_s
+            by_share = bend * (1.0 - rate_per_s * levelled_s)
+            by_share = by_share if share == 1.0 else share * by_share
+            falls, rises = falls + by_share, rises + np.maximum(by_share, 0.0)
         if step < STEPS:
             bound_s = bound_s - left / falls + (BEYOND_S if step == STEPS - 1 else 0.0)
-    proved = (left < -ROUNDED_WELL * pool.capacity_As) & (falls < 0.0) & (slope <= 0.0)
+    sinks = (falls < 0.0) & (slope <= 0.0) & (rises <= 0.0)
+    proved = (left < -ROUNDED_WELL * pool.capacity_As) & sinks
     return np.where(proved & (bound_s >= 0.0), bound_s, np.inf)
 
 
@@ -365,9 +401,9 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPla
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     columns, towards = list[tuple[Any, ...]](), 1.0
     beyond = np.full(variants.count, -np.inf)
-    for part, variant in declarations(question, variants, able):
-        model, towards = part.declared, part.declared.sign
-        solution = solve_model(model, len(variant), question, part.given)
+    for of_kind, variant in declarations(question, variants, able):
+        model, towards = of_kind.declared, of_kind.declared.sign
+        solution = solve_model(model, len(variant), question, of_kind.given)
         codes = np.array([STATUSES.index(status) for status in solution.statuses], np.int8)
         answered = np.isin(codes, [k for k, status in enumerate(STATUSES) if status.has_answer])
         refuted = _refuted(model, {**solution.given, **solution.values}, answered)
@@ -382,7 +418,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPla
         else:
             np.fmax.at(beyond, variant, solution.beyond)
         times = (solution.values.get(name, np.zeros(len(variant))) for name in TIMES)
-        rows = variant, part.routes, *times, solution.objective * towards, solution.ties
+        rows = variant, of_kind.routes, *times, solution.objective * towards, solution.ties
         columns.append(tuple(column[answered] for column in rows))
     none = *(np.zeros(0, np.intp) for _ in range(2)), *(np.zeros(0) for _ in range(4))
     answers = zip(none, *columns, strict=True)

@@ -18,6 +18,7 @@ ENDS = {
     "rest": "after the rest at {1}",
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
+OVER = "after the hover over {1}"  # The end of a hover over one of several devices
 
 
 def moments(network: Network, part: RouteModel, entry: int) -> dict[str, str]:
@@ -37,8 +38,9 @@ def moments(network: Network, part: RouteModel, entry: int) -> dict[str, str]:
         for stage in stages[:-1]:
             ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
         ends += [ENDS["flight"].format(*leg)] * (len(stages) > 0)
-        ends += [ENDS[stay].format(*leg)] if stay else []
-        landed += [on_landing(leg[1])] if stay else []
+        one = stay != "hover" or not network.mission.devices
+        ends += [(ENDS[stay] if one else OVER).format(*leg)] if stay else []
+        landed += [on_landing(leg[1], hovers=stay == "hover")] if stay else []
     known = {label: ends[step] for label, step in steps.items()}
     return {
         label: landed[flight] for label, flight in flights.items() if label not in known

@@ -82,7 +82,7 @@ class HoverRegion:
     """Region where a UAV may hover: a ball around the device, cut by the altitude band."""
 
     def __init__(self, mission: Mission) -> None:
-        limits, device_m = mission.limits, np.array(mission.link.device_m)
+        limits, device_m = mission.limits, np.array(mission.device_m)
         self.centre_m, self.radius_m = device_m, WITHIN * vehicle.coverage_radius_m(mission)
         # In the ball and in the band; low > high if no such altitude exists.
         self.low_m = max(limits.min_altitude_m, float(device_m[2]) - self.radius_m)
@@ -449,7 +449,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         "flight_charge_As": charge_As,
         "flight_energy_J": energy_J,
         "flight_voltage_V": energy_J / charge_As,
-        "hover_distance_m": norm(_way(mission.link.device_m, w)),
+        "hover_distance_m": norm(_way(mission.device_m, w)),
         "hover_altitude_m": w[2],
     }
     if mission.laser is not None:

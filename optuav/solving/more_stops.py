@@ -96,7 +96,7 @@ def more_stops_may_help(
     if not isinstance(question.problem, P1) or replace(question.problem, order=None) != P1():
         return False
     turns = mission.battery.takes_turns and perspective == AVAILABLE
-    if turns or perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
+    if mission.devices or turns or perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
         return False
     if not plan and impossibilities(network, one_stop=False):
         return False

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def permitted_routes(
         number = network.mission.buildings.names.index(problem.building)
         able = able & (routes.building == number)
     if problem.order is not None:
-        able = able & (~rests | (routes.rest_first == (problem.order == "rest-first")))
+        able = able & (~rests | routes.in_order(problem.order))
     if isinstance(problem, P3) or trajectory == "direct":
         able = able & ~rests
     elif trajectory in ("traj1", "traj2"):
@@ -81,19 +82,38 @@ def permitted_routes(
 
 
 def routes_by_kind(
-    routes: Routes, which: Integers, *, ordered: bool, passing: bool = False
+    routes: Routes,
+    which: Integers,
+    *,
+    ordered: bool,
+    passing: bool = False,
+    shares: Sequence[float] = (),
 ) -> Iterator[tuple[Integers, bool]]:
     """Positions in `which` of the routes that one declaration serves, and whether they may rest.
 
-    Routes in a group stay in the same order if the order matters, as it does through the wells and
-    for a reserve at every landing.
+    Routes in a group stay in the same order, for the same shares of several devices, if the order
+    matters, as it does through the wells and for a reserve at every landing.
     Routes by way of a building may also pass it by, without a rest.
     """
-    by_way, first = routes.building[which] >= 0, routes.rest_first[which]
+    by_way, after = routes.building[which] >= 0, routes.rest_after[which]
     for kind, rests in (by_way if passing else ~by_way, False), (by_way, True):
-        for alike in (kind & first, kind & ~first) if ordered else (kind,):
+        orders = (kind & (after == k) for k in range(routes.devices.shape[1] + 1))
+        for alike in orders if ordered else (kind,):
             if len(group := alike.nonzero()[0]):
-                yield group, rests
+                alike_in = shares if ordered else ()
+                groups = by_shares(routes.devices[which[group]], alike_in)
+                yield from ((group[each], rests) for each in groups)
+
+
+def by_shares(devices: Integers, shares: Sequence[float]) -> Iterator[Any]:
+    """Positions of routes that hover for the same shares one after the other."""
+    if len({*shares}) < 2:
+        yield ...
+        return
+    in_order = np.array(shares)[devices]
+    _, kind = np.unique(in_order, axis=0, return_inverse=True)
+    for number in range(kind.max() + 1):
+        yield kind.ravel() == number
 
 
 def declarations(
@@ -105,8 +125,9 @@ def declarations(
     passing = question.slot_s is not None and problem.trajectory in ("traj1", "traj2")
     ordered = through_wells or variants.mission.limits.keep_soc == "always"
     variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
+    shares = [device.share for device in variants.mission.served]
     for group, rests in routes_by_kind(
-        variants.network.routes, route, ordered=ordered, passing=passing
+        variants.network.routes, route, ordered=ordered, passing=passing, shares=shares
     ):
         which, variants_in = route[group], variant[group]
         table = quantities(variants, which, variants_in, rests=rests, steps=through_wells)

@@ -174,8 +174,7 @@ def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]
     edited = network.legs.edited.any() or network.places.edited.any()
     if edited or all(key.startswith("start.") for key in values):
         return replace(network, mission=mission), []
-    buildings = network.routes.building[1::2]
-    return network_by(mission, build_places(mission), buildings), []
+    return network_by(mission, build_places(mission), network.buildings), []
 
 
 def replayed(plan: Plan, *, must_fly: bool = True) -> Plan:

@@ -126,7 +126,9 @@ def _routes(network: Network, places: Integers, building: Integers) -> Routes:
     legs = np.where(places[1:] >= 0, number[places[:-1], places[1:]], NO_LEG).T
     hovers_first = (places == HOVER).argmax(axis=0)
     rests_first = (places == FIRST_BUILDING + building).argmax(axis=0)
-    return routes_along(table, legs, building, (building >= 0) & (rests_first < hovers_first))
+    hovers = ~((building >= 0) & (rests_first < hovers_first))
+    one = np.zeros((len(legs), 1), np.intp)
+    return routes_along(table, legs, building, hovers.astype(np.intp), one)
 
 
 def _compared(program: Program, network: Network, rests: int, hovers: int) -> Program:

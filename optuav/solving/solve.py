@@ -18,6 +18,7 @@ from optuav.network.network import Network, build_network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
+from optuav.solving.device_routes import with_routes
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question, mission_and_question
@@ -201,20 +202,20 @@ def _plan(
 def _routes_in_question(known: Mission, question: Question, graph: Graph | None) -> Network:
     """The network of a mission; of a large town only the routes that decide, if they do."""
     many = MANY_BENT if known.flight.obstacle_rule in BENT else MANY
-    if graph is None and len(known.buildings) >= many:
+    if not known.devices and graph is None and len(known.buildings) >= many:
         from optuav.solving.promising_buildings import promising_network
 
         few = promising_network(known, question)
         able = few is not None and permitted_routes(as_variants(few), question.problem).any()
         if few and (able or impossibilities(few, one_stop=False)):
             return few
-    return _network(known, graph)
+    return _network(known, graph, question)
 
 
 def _program(known: Mission, question: Question, graph: Graph | None) -> Program:
     """Declare the problem, with one rest and one hover if it allows several."""
     if not question.searched:
-        return declared_program(question, _network(known, graph))
+        return declared_program(question, _network(known, graph, question))
     from optuav.solving import free_hover, free_speed
 
     _refuse_graph(question, graph)
@@ -223,9 +224,10 @@ def _program(known: Mission, question: Question, graph: Graph | None) -> Program
     return free_hover.free_program(question, known)
 
 
-def _network(known: Mission, graph: Graph | None) -> Network:
-    """The network of a mission, or of its edited graph."""
-    return build_network(known) if graph is None else edited_network(known, graph)
+def _network(known: Mission, graph: Graph | None, question: Question) -> Network:
+    """The network of a mission, or of its edited graph, with the routes of a question."""
+    network = build_network(known) if graph is None else edited_network(known, graph)
+    return with_routes(network, question.problem) if known.devices else network
 
 
 def _refuse_graph(question: Question, graph: Graph | None) -> None:

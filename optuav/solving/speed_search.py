@@ -77,7 +77,13 @@ class LegSpeeds:
     def with_legs(self, legs: Legs) -> Network:
         """The network with other figures of its legs."""
         routes_now = self.network.routes
-        routes = routes_along(legs, routes_now.legs, routes_now.building, routes_now.rest_first)
+        routes = routes_along(
+            legs,
+            routes_now.legs,
+            routes_now.building,
+            routes_now.rest_after,
+            routes_now.devices,
+        )
         return replace(self.network, legs=legs, routes=routes)
 
     def only(self, route: int) -> LegSpeeds:
@@ -139,7 +145,7 @@ class RoutePricing:
         return replace(
             self,
             ways_m=self.ways_m[:, :, which],
-            stated=Balance(*(np.asarray(each)[which] for each in self.stated[:4])),
+            stated=self.stated.take(which),
             budget_As=self.budget_As[which],
             share=self.share[which],
         )

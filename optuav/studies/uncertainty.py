@@ -53,7 +53,7 @@ class FixedPlan:
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
         """Return the plan on a mission, or refuse one for other places or another route."""
         scene, other = (
-            (one.route.origin_m, one.route.destination_m, one.link.device_m, one.buildings)
+            (one.route.origin_m, one.route.destination_m, one.device_m, one.buildings)
             + ((one.laser.position_m,) if one.laser else ())
             for one in (plan.mission, mission)
         )

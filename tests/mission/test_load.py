@@ -616,7 +616,7 @@ def test_the_json_schema_knows_what_files_may_state() -> None:
     definitions = schema["definitions"]
     assert definitions["BatteryPacks"]["properties"]["flow_rate_per_min"]["maximum"] == 6e4
     requiring = [name for name, definition in definitions.items() if "required" in definition]
-    assert requiring == ["Building"]
+    assert requiring == ["Building", "Device"]
     assert set(schema["then"]["required"]) == {"route", "limits", "battery", "link"}
     assert "null" not in json.dumps(schema)
 
