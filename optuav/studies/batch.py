@@ -15,6 +15,7 @@ from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
+from optuav.engines.registry import AUTO
 from optuav.errors import Fault, InputError, SolverError, collected, refuse, require
 from optuav.mission import Mission, load_all
 from optuav.mission.keys import numeric_keys
@@ -87,7 +88,7 @@ def batch_arrays(
         Values by key, or of ``"buildings"``, and whether those with the same place belong together;
         `optuav.batch` says more.
     problem, perspective
-        The problem, and how charge counts, or several of these; `optuav.solve` explains them.
+        The problem, and how charge counts, as for `optuav.solve`; or several of these.
 
     Returns
     -------
@@ -141,7 +142,7 @@ def batch(
         ``"buildings"``, whole layouts: an array (layout, building, 3) of the positions [m] of all
         its buildings, which keep their names and take their footprints along.
     problem, perspective
-        The problem, and how charge counts, or several of these; `optuav.solve` explains them.
+        The problem, and how charge counts, as for `optuav.solve`; or several of these.
     paired
         Whether values with the same place belong together, rather than all combinations; of several
         missions or layouts each then has the values of its own place.
@@ -324,7 +325,7 @@ def _stacked(
     while first < len(every):
         one, asked, last = every[first], questions[first], first + 1
         many = one.count * (1 + 2 * len(one.mission.buildings)) > ITINERARIES_AT_ONCE
-        if not many and all(takes_arrays(one.mission, question) for question in asked):
+        if not many and all(_as_arrays(one.mission, question) for question in asked):
             while last < len(every) and questions[last] == asked and _alike(one, every[last]):
                 last += 1
         if len(group := every[first:last]) > 1:
@@ -335,6 +336,11 @@ def _stacked(
             one = Scenarios(one.mission, columns, one.grid, towns)
         yield first, one, asked
         first = last
+
+
+def _as_arrays(mission: Mission, question: Question) -> bool:
+    """Return whether scenarios are solved together; a named engine solves each by itself."""
+    return question.engine_name == AUTO and takes_arrays(mission, question)
 
 
 def _alike(one: Scenarios, other: Scenarios) -> bool:
@@ -356,7 +362,7 @@ def best_of(
     for first, variants in scenarios.variants(few):
         answers = list[BestPlans]()
         for question in questions:
-            if takes_arrays(scenarios.base, question):
+            if _as_arrays(scenarios.base, question):
                 with suppress(SolverError):  # of one scenario: then each is solved by itself
                     if few is None:
                         answers.append(best_plans(variants, question))

@@ -16,13 +16,15 @@ from pydantic_core import to_jsonable_python
 from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE
+from optuav.engines.registry import AUTO, engine_names
 from optuav.errors import Fault, collected, refuse
 from optuav.fields import Allowed, Range
-from optuav.mission import load_all
+from optuav.mission import Mission, load_all
 from optuav.mission.files import STANDARD, label, read_toml, resolve_from
 from optuav.mission.load import is_name
-from optuav.mission.messages import misfits, nearest, range_in_words, shown
+from optuav.mission.messages import misfits, nearest, range_in_words, shown, unlisted
 from optuav.options import Perspective
+from optuav.solving import formulate
 from optuav.solving.question import ASKED, Question, checked_question, perspectives_of, problem_of
 from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, dotted, sobol, spreads
 from optuav.studies.scenarios import Scenarios, check, values_of
@@ -42,6 +44,7 @@ class StudyFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
     mission: Annotated[str, Allowed("a shipped mission's name, or a path")] = "paper"
     problem: Annotated[str | Document, Allowed(NAMED)] = "P1"
     perspective: Annotated[str | list[str], Allowed(ASKED)] = AVAILABLE
+    engine: Annotated[str, Allowed("the name of an engine")] = AUTO
     grid: Annotated[Document, Allowed("a table [grid] of keys")] = {}
     paired: Annotated[Document, Allowed("a table [paired] of keys")] = {}
     samples: Annotated[Document, Allowed("a table [samples] of keys")] = {}
@@ -131,6 +134,7 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     """Return the plan that a file states; its faults are added to `faults`, or raised."""
     problem: Formulation = P1()
     perspectives = perspectives_of(study.perspective, faults)
+    faults += unlisted(("engine", study.engine, (AUTO, *engine_names())))
     if not (study.grid or study.paired or study.samples):
         faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
     if study.paired and study.samples:
@@ -158,19 +162,21 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
             drawn = spreads(mission, spread)
         for perspective in perspectives:
             with collected(faults):
-                questions.append(checked_question(mission, problem, perspective))
+                questions.append(_question(mission, problem, perspective, study.engine))
     keys = Counter(key.name for spread_of in drawn for key in (spread_of.key, *spread_of.along))
     keys.update([*paired, *grid])
     wrong += [Fault(key, "", "in one of the tables only") for key in keys if keys[key] > 1]
     refuse([*faults, *wrong] if wrong else ())
     (mission,) = loaded
+    # The hash of a study that leaves the choice of engines open is that of versions without it.
+    unstated = {"output", *(["engine"] if study.engine == AUTO else [])}
     rows = Draws(mission, drawn, int(count), seed, sobol) if drawn else paired or None
     plan = SweepPlan(
         Scenarios(mission, rows, grid),
         questions,
         study.scenarios_per_part,
         resolve_from(path.parent, study.output or path.stem, "output"),
-        {**study.model_dump(exclude={"output"}), "mission": mission.to_dict()},
+        {**study.model_dump(exclude=unstated), "mission": mission.to_dict()},
     )
     check(plan.scenarios)
     if plan.parts > MOST_PARTS:
@@ -178,6 +184,16 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         words = f"at least {least}, which makes {MOST_PARTS} parts"
         faults.append(Fault("scenarios_per_part", shown(study.scenarios_per_part), words))
     return plan
+
+
+def _question(
+    mission: Mission, problem: Formulation, perspective: Perspective, engine: str
+) -> Question:
+    """The question of a perspective; refused also if the engine does not take its models."""
+    question = checked_question(mission, problem, perspective, engine=engine)
+    if engine != AUTO:
+        formulate(mission, problem, perspective=perspective, engine=engine)
+    return replace(question, slot_s=None)  # The grid takes that of each scenario
 
 
 def stated_problem(problem: str | Document) -> Formulation:

@@ -151,12 +151,12 @@ def sweep(
     study
         Path of a study file in TOML, or its tables as a dict, which states ``output``. Keys are
         ``mission`` (a shipped name, or a path relative to the file), ``problem``, ``perspective``
-        (one or a list), and values of numeric keys: in ``[grid]`` with all combinations, in
-        ``[paired]`` row by row, each a list or ``{ low = 600, high = 1800, count = 41 }``; in
-        ``[samples]`` distributions as for `optuav.samples`, with ``count`` and ``seed`` of a Sobol
-        sequence. Rows and samples go with every combination of the grid. ``scenarios_per_part`` is
-        100 000 and ``output``, the directory of the parts, the file's name without its ending where
-        they are not stated.
+        (one or a list), ``engine`` (a name, by default ``"auto"``), and values of numeric keys: in
+        ``[grid]`` with all combinations, in ``[paired]`` row by row, each a list or
+        ``{ low = 600, high = 1800, count = 41 }``; in ``[samples]`` distributions as for
+        `optuav.samples`, with ``count`` and ``seed`` of a Sobol sequence. Rows and samples go with
+        every combination of the grid. ``scenarios_per_part`` is 100 000 and ``output``, the
+        directory of the parts, the file's name without its ending where they are not stated.
     workers
         Number of processes of this machine that share the work, 1 to 1000.
     scheduler

@@ -23,6 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
+from optuav.engines.closed_form import ClosedForm
 from optuav.errors import InputError
 from optuav.judge.benchmark import answers
 from optuav.mission import files
@@ -627,3 +628,55 @@ def test_a_checkout_that_is_not_installed_sweeps(
         swept(tmp_path, "grid.limits.deadline_s = [600, 900]\n")
     (manifest,) = tmp_path.glob("*/manifest.json")
     assert json.loads(manifest.read_text())["versions"]["optuav"] == "not installed"
+
+
+def test_a_named_engine_solves_every_scenario_by_itself(tmp_path: Path) -> None:
+    """In continuous times as the bracket, in slots as `solve` with the slots of each scenario."""
+    text = "grid.limits.deadline_s = [600, 900]\ngrid.limits.slot_s = [1, 20]"
+    known = optuav.open_sweep(optuav.sweep(study(tmp_path, text)))
+    by_casadi = optuav.open_sweep(optuav.sweep(study(tmp_path, f'engine = "casadi"\n{text}', "c")))
+    np.testing.assert_allclose(by_casadi.hover_time_s, known.hover_time_s, atol=1e-4)
+    in_slots = optuav.open_sweep(optuav.sweep(study(tmp_path, f'engine = "grid"\n{text}', "g")))
+    for deadline_s, slot_s in itertools.product((600, 900), (1, 20)):
+        keys = {"limits.deadline_s": deadline_s, "limits.slot_s": slot_s}
+        plan = optuav.solve(optuav.load("paper").replace(keys), engine="grid")
+        assert in_slots.hover_time_s.sel(keys).item() == plan.hover_time_s
+
+
+class Counting(ClosedForm):
+    """The closed form under a name of its own, which counts what it is asked."""
+
+    name = "counting"
+    asked = 0
+
+    def solve(self, *arguments: Any, **named: Any) -> Any:
+        """The same answer."""
+        Counting.asked += 1
+        return super().solve(*arguments, **named)
+
+
+def test_an_engine_of_ones_own_is_used_by_its_name(tmp_path: Path) -> None:
+    text = 'perspective = "battery"\ngrid.limits.deadline_s = [600, 900]'
+    optuav.register(Counting())
+    try:
+        own = optuav.open_sweep(optuav.sweep(study(tmp_path, f'engine = "counting"\n{text}')))
+    finally:
+        optuav.unregister("counting")
+    assert Counting.asked >= 2
+    known = optuav.open_sweep(optuav.sweep(study(tmp_path, text, "known")))
+    np.testing.assert_allclose(own.hover_time_s, known.hover_time_s, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("engine", "words"),
+    [
+        ("casad", "engine = 'casad': must be one of auto, .*did you mean 'casadi'"),
+        ("closed-form", "engine closed-form does not take this model"),
+    ],
+)
+def test_an_engine_that_cannot_answer_is_refused_before_the_work(
+    engine: str, words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.sweep(study(tmp_path, f'engine = "{engine}"\ngrid.limits.deadline_s = [600]'))
+    assert not (tmp_path / "study").exists()
