@@ -102,15 +102,11 @@ def explain(
         A plan or its file (.json), a program of `optuav.formulate`, or a mission for
         `optuav.solve`. For a `PlanInDoubt`, its question is explained with certain numbers,
         and the number that costs most hover is named.
-    problem, perspective
-        With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the
-        count of charge, such as ``"battery"``. None for ``"P1"`` and ``"available"``.
-    slot_s, engine, graph
-        With a mission only: length of the time slots [s], 0.001 to 1e7, None for continuous times;
-        an `Engine` or its name, None for ``"auto"``; an edited graph from `optuav.graph`.
+    problem, perspective, slot_s, engine, graph
+        With a mission only: as for `optuav.solve`; None for ``"P1"``, ``"available"``, continuous
+        times, ``"auto"`` and the mission's own graph.
     time_limit_s
-        With a mission only: time limit of an engine [s], > 0 and at most 1e9. None for no
-        limit, but 60 s for a search for more stops.
+        With a mission only: as for `optuav.solve`, but 60 s by default for a search for more stops.
 
     Returns
     -------

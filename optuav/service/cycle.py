@@ -318,7 +318,7 @@ def coverage(
     mission
         A mission, or its name or path.
     perspective
-        ``"available"``: the available well keeps its limits; ``"battery"``: only charge counts.
+        How charge counts, as for `optuav.solve`: ``"available"`` or ``"battery"``.
     swap_s
         Duration of an exchange of the pack instead of a rest [s], > 0 and up to 1e7.
     lit_hover

@@ -121,7 +121,8 @@ def route_choice(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     perspective
-        ``"battery"``, ``"energy"`` or ``"adjusted"``, which are linear in the times.
+        How charge counts, as for `optuav.solve`: ``"battery"``, ``"energy"`` or ``"adjusted"``,
+        which are linear in the times.
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
         there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;

@@ -48,17 +48,9 @@ def formulate(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     problem
-        `P1`, `P2`, `P3`, `P4` or an instance of one's own `Formulation`; or ``"P1"``, ``"P2"``,
-        ``"P2-tight"`` or ``"P3"`` for these with their defaults. One rest and one hover at most.
-    perspective
-        How charge counts: ``"available"``, ``"battery"``, ``"energy"``, ``"adjusted"`` or
-        ``"wells"``; `optuav.solve` explains them.
-    slot_s, time_limit_s
-        Length of the time slots [s], 0.001 to 1e7, and time limit of the engine [s], > 0
-        and at most 1e9; None for continuous times and for no limit.
-    engine, graph
-        Name of an engine, ``"auto"`` or an `Engine`, which will solve the program; a graph from
-        `optuav.graph` that was edited, whose figures replace the computed ones.
+        As for `optuav.solve`, with one rest and one hover at most.
+    perspective, slot_s, engine, graph, time_limit_s
+        As for `optuav.solve`; the engine will solve the program.
 
     Returns
     -------

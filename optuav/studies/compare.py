@@ -97,8 +97,8 @@ def compare(
         ``"method"``; ``"perspective"``, ``"trajectory"`` or both; ``"schedule"`` of the packs; or
         ``"speed"`` of the legs.
     perspective
-        How charge is counted by method, trajectory or speed: ``"available"`` (None), ``"battery"``,
-        ``"energy"`` or ``"adjusted"``. By schedule ``"available"`` always holds.
+        How charge counts, as for `optuav.solve` but for ``"wells"``; None for ``"available"``,
+        which always holds by schedule.
     slots_s
         Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60;
         else one, by default continuous times.
