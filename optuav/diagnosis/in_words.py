@@ -338,7 +338,7 @@ def price_words(explained: Findings, price: Price) -> str:
     unit = "" if price.unit == "1" else price.unit
     more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
     if price.step != 1.0:
-        more = f"{price.step:g} {unit}".rstrip() + " more"
+        more = f"{with_unit(price.step, unit)} more"
     noun = PARAMETER_NOUNS.get(key_of(price))
     if landing := re.fullmatch(r"landing_(\d)_(As|J)", key_of(price)):
         flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]

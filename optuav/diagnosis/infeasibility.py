@@ -392,7 +392,8 @@ def _clash(program: Program, part: RouteModel, entry: int, meeting: Sequence[Con
     for label, side in zip(labels, sides, strict=True):
         moment, kind = known.get(side.label), side.constraint.kind
         of_well = f"the available well would be {kind} {moment}"
-        compared = f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
+        left, right = figure(float(side.left)), figure(float(side.right))
+        compared = f"{label}: {left} {side.sense} {right} would be false"
         if not side.satisfied:
             broken.append(of_well if moment and kind in LABELS else compared)
     keys = dict.fromkeys(p.key for one in meeting for p in parameters_in(one) if p.key)

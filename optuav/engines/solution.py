@@ -20,7 +20,7 @@ from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import change_by_step, evaluate, has_unknowns
 from optuav.presentation.blocks import Block, Fold, Heading, Table
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import figure, with_unit
 from optuav.presentation.presented import Presented
 from optuav.status import SAME_S, Status
 
@@ -120,10 +120,10 @@ class Solution(Presented):
     def _heads(self) -> tuple[str, str]:
         """Status and values of the only answer."""
         values = [
-            f"{x.symbol} = {self.values[x.name][0]:.6g}" + f" {x.unit}" * (x.unit != "1")
+            f"{x.symbol} = {with_unit(self.values[x.name][0], x.unit)}"
             for x in self.declared.variables
         ]
-        reached = f"{self.declared.sense} {self.objective[0]:.6g} at {', '.join(values)}"
+        reached = f"{self.declared.sense} {figure(self.objective[0])} at {', '.join(values)}"
         return f"{self.status.value} by {self.engine} ({self.proof})", reached
 
     def _lacks(self) -> str:

@@ -21,7 +21,7 @@ from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import fixed, percent
 
 MOST_SHOWN = 20  # Largest number of items that are printed one by one
 
@@ -217,7 +217,7 @@ def _items(judged: Audit) -> Iterator[Block]:
     shown_rows = [*along[:MOST_SHOWN], along[-1]] if len(along) > MOST_SHOWN + 1 else along
     for row in shown_rows:
         home = "?" if row.home is None else "yes" if row.home else "no"
-        shares = (f"{100 * share:.1f}" for share in (row.charge, row.available))
+        shares = (fixed(100.0 * share, 1) for share in (row.charge, row.available))
         rows.append([row.item, row.what, f"{row.end_s:.1f}", *shares, home, row.roof or "–"])
     left_out = len(along) - len(shown_rows)
     below = [f"and {left_out} more before the last"] if left_out else []

@@ -14,6 +14,7 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
 from optuav.presentation.blocks import Block, Fold, Heading, Table
+from optuav.presentation.numbers import figure
 from optuav.presentation.presented import Presented
 
 TOLERANCE = 1e-9
@@ -99,20 +100,21 @@ class Check:
         violated, size = np.flatnonzero(~np.ravel(self.satisfied)), np.size(self.satisfied)
         several = np.ndim(self.satisfied) > 0
         least = np.min(self.slack if violated.size else np.abs(self.slack))
-        worst = f"{without_rounding(least):.6g}{unit}"
+        worst = f"{figure(float(without_rounding(least)))}{unit}"
         if not violated.size:
             verdict = f"holds at all, least slack {worst}" if several else f"holds, slack {worst}"
         elif not several:
-            verdict = f"VIOLATED by {worst.removeprefix('-')}"
+            verdict = f"VIOLATED by {worst.removeprefix('−')}"
         else:
-            verdict = f"VIOLATED at {violated.size} by up to {worst.removeprefix('-')}"
+            verdict = f"VIOLATED at {violated.size} by up to {worst.removeprefix('−')}"
             if len(self.names) == size:
                 more = violated.size - MOST_NAMED
                 verdict += f": {', '.join(self.names[k] for k in violated[:MOST_NAMED])}"
                 verdict += f" and {more} more" if more > 0 else ""
         sides = self.points or f"at {size} points"
         if not several:
-            sides = f"{self.left:.6g} {Text.senses[self.sense]} {self.right:.6g}{unit}"
+            left, right = figure(float(self.left)), figure(float(self.right))
+            sides = f"{left} {Text.senses[self.sense]} {right}{unit}"
         return self.label, sides, verdict, self.declared_at
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from optuav.arrays import Floats, Integers
 from optuav.errors import for_console
 from optuav.frames import DataFrame, frame, without_rounding
+from optuav.presentation.numbers import figure, with_unit
 
 Texts = npt.NDArray[np.str_]
 APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
@@ -67,10 +68,10 @@ class FlightEvent:
         if self.value is None or self.kind in STATED:
             return ""
         if self.limit is None:
-            return f": {self.value:.6g} {self.unit}"
+            return f": {with_unit(self.value, self.unit)}"
         when = "" if self.value_s is None else f" at {self.value_s:.2f} s"
         sense = "at least" if self.value < self.limit else "at most"
-        return f": {self.value:.6g}{when}, {sense} {self.limit:.6g} {self.unit}".rstrip()
+        return f": {figure(self.value)}{when}, {sense} {with_unit(self.limit, self.unit)}"
 
 
 @dataclass(frozen=True)

@@ -61,12 +61,16 @@ def fixed(
     otherwise: str = NONE,
     less_than: float = math.inf,
 ) -> str:
-    """A number with so many decimals, beyond a size two digits and an exponent; a word for None."""
+    """A number with so many decimals and a minus sign; beyond a size two digits and an exponent.
+
+    A word for None.
+    """
     if value is None:
         return otherwise
     # Adding 0 turns a negative zero into zero.
     rounded = round(value, decimals) + 0.0
-    return f"{rounded:{sign}.{decimals}f}" if abs(value) < less_than else f"{value:{sign}.2g}"
+    text = f"{rounded:{sign}.{decimals}f}" if abs(value) < less_than else f"{value:{sign}.2g}"
+    return text.replace("-", "−")
 
 
 def all_digits(value: float) -> str:

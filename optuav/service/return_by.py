@@ -165,8 +165,8 @@ def _cells(row: ReturnTime) -> list[str]:
         printable(row["place"]),
         f"{row['flight_s']:.2f}",
         *(fixed(moment_s, 3, otherwise="too late") for moment_s in (row["dry_s"], row["soc_s"])),
-        *(fixed(weight, 6, otherwise="-") for weight in (row["a"], row["b"])),
-        fixed(row["g_As"], 2, otherwise="-"),
+        *(fixed(weight, 6, otherwise="–") for weight in (row["a"], row["b"])),
+        fixed(row["g_As"], 2, otherwise="–"),
     ]
 
 

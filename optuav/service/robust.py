@@ -22,7 +22,7 @@ from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, fixed, percent
 from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
 from optuav.service.calm_air import calm_facts, in_calm_air, with_words
 from optuav.service.flyable import flyable_network
@@ -141,7 +141,7 @@ class RobustPlan(Result):
         sure = f"with a confidence of {self.confidence}"
         yield Facts([*facts, ("Risk", f"at most {percent(self.risk_bound)} of the box, {sure}")])
         rows = [
-            [row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"]
+            [row["number"], figure(row["low"]), figure(row["high"]), fixed(row["gain_s"], 3)]
             for row in self.rows
         ]
         heads = ["if this were certain", "low", "high", "hover gained [s]"]
@@ -188,7 +188,7 @@ def robust(
     problem
         ``"P1"``, ``"P3"``, or an instance of `P1`, `P3` or `P4` with one rest and hover.
     perspective
-        ``"available"``, or ``"battery"``, which counts only charge.
+        How charge counts, as for `optuav.solve`: ``"available"`` or ``"battery"``.
     chance
         The share of the box in which the plan must hold, between 0 and 1; by default the whole
         box. The plan is then declared for the smallest part of the box, about the mission's own

@@ -118,7 +118,7 @@ class FleetSizes(Result):
             counts = row["drones"], row["beams"], row["pads"], row["bays"], row["chargers"]
             figures: list[float | None] = [*counts, row["battery_sets"]]
             figures += [row["cost"]] if self.prices is not None else []
-            rows.append([row["technology"], *("-" if n is None else f"{n:.8g}" for n in figures)])
+            rows.append([row["technology"], *("–" if n is None else f"{n:.8g}" for n in figures)])
         names = [*COUNTS, *(["cost"] if self.prices is not None else [])]
         yield Table(["technology", *(name.replace("_", " ") for name in names)], rows)
         if reasons := _reasons(self.rows):

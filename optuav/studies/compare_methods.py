@@ -21,7 +21,7 @@ from optuav.modelling.forms import excess
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Heading, Note, Table
-from optuav.presentation.numbers import NONE, fixed
+from optuav.presentation.numbers import NONE, figure, fixed
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
 from optuav.studies.processes import run_tasks
@@ -91,7 +91,7 @@ class MethodComparison(Comparison):
     Parameters
     ----------
     perspective
-        How charge is counted.
+        How charge counts.
     agrees, disagreements, failures
         Whether all answers agree, those that do not, and the engines that failed, in words.
     reasons
@@ -176,10 +176,10 @@ class MethodComparison(Comparison):
             if solved:
                 worst = max(solved, key=lambda row: abs(row["gap_s"] or 0.0))
                 limit_s = worst["largest_gap_s"] if worst["slot_s"] else worst["allowance_s"]
-                limit = "no bound" if limit_s is None else f"{limit_s:g}"
+                limit = "no bound" if limit_s is None else figure(limit_s)
                 gap_s = worst["gap_s"] or 0.0
-                short = f"{abs(gap_s):.0e}" if gap_s else "0"
-                gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
+                short = figure(abs(gap_s), 1)
+                gap = fixed(gap_s) if abs(gap_s) >= 0.01 else short
             agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
             took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
             reference = method == self.rows[0]["method"]
@@ -229,7 +229,7 @@ def _gap(cell: MethodAnswer) -> str:
     if cell["agrees"] is None:
         return "failed"
     gap_s = cell["gap_s"]
-    text = NONE if gap_s is None else f"{round(gap_s, 2) + 0.0:.2f}"
+    text = fixed(gap_s)
     return text if cell["agrees"] else f"{text}!"
 
 

@@ -79,7 +79,7 @@ class Sensitivity(Result):
     Parameters
     ----------
     perspective
-        How charge is counted.
+        How charge counts.
     hover_time_s, plan_hover_time_s
         Longest hover of the mission itself, 0 without a plan; that of the fixed plan, or None [s].
     chances
@@ -171,7 +171,7 @@ def sensitivity(
         each other. A key that the mission does not state needs low and high; its likely value, or
         the middle, stands for the mission's own.
     perspective
-        How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
+        How charge counts, as for `optuav.solve` but for ``"wells"``.
     plan
         The plan that is held fixed, also by the path of its file; by default the best one of the
         mission.
@@ -326,7 +326,7 @@ def _rate(elasticity: float | None) -> str:
         return "–"
     if abs(elasticity) < SMALL:
         return "<0.001" if abs(elasticity) > ZERO else "0"
-    return f"{elasticity:+.3f}"
+    return fixed(elasticity, 3, sign="+")
 
 
 def _range(now: float, low: float, high: float) -> str:

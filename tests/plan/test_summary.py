@@ -32,11 +32,11 @@ Charge left  of the battery, by perspective: battery 5 %, energy −21.38 %,
 Binding      P1.b state of charge; P1.d hover time
 
 what    where                start s   for s        A      W  avail. %  bound %
-flight  origin → b1             0.00   14.46   -98.99  -1583      97.5    100.0
+flight  origin → b1             0.00   14.46   −98.99  −1583      97.5    100.0
 rest    b1                     14.46  392.14   +10.00   +111     104.3    100.1
-flight  b1 → hover            406.61   35.96  -103.27  -1672      97.9    100.1
-hover   hover                 442.56  719.54   -87.91  -1205      -9.8     91.4
-flight  hover → destination  1162.10   37.90  -103.48  -1677     -16.4     90.6
+flight  b1 → hover            406.61   35.96  −103.27  −1672      97.9    100.1
+hover   hover                 442.56  719.54   −87.91  −1205      −9.8     91.4
+flight  hover → destination  1162.10   37.90  −103.48  −1677     −16.4     90.6
 """
 """Read by a person and compared with the digits of the specification."""
 
@@ -78,7 +78,8 @@ def test_the_table_has_the_phases(kind: str) -> None:
         assert what == phase.kind + "*" * phase.edited
         start_s, duration_s, current_A, power_W, *_ = rest[-6:]
         assert (start_s, duration_s) == (f"{phase.start_s:.2f}", f"{phase.duration_s:.2f}")
-        assert (current_A, power_W) == (f"{phase.current_A:+.2f}", f"{phase.power_W:+.0f}")
+        numbers = f"{phase.current_A:+.2f} {phase.power_W:+.0f}".replace("-", "−")
+        assert f"{current_A} {power_W}" == numbers
         assert phase.end_place in row
     assert "*: figures stated in the graph." in found if kind == "edited" else "*" not in found
 

@@ -299,7 +299,7 @@ def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.Monk
     found = in_battery(p3_alone(), slots_s=(10.0,), engines=("grid",))
     assert not found.agrees
     assert cell(found, "P3", "grid 10 s")["gap_s"] == pytest.approx(-1.152, abs=1e-3)
-    assert "-1.15!" in str(found)
+    assert "−1.15!" in str(found)
 
 
 def test_an_integer_programme_that_is_not_the_grid_is_found_out(
