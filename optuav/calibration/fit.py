@@ -40,7 +40,7 @@ FINEST = 1e-9  # least relative distance of an end from its value that decides o
 CONFIDENCE = 0.95  # share of intervals that hold the truth
 SURE = percent(CONFIDENCE)
 MOST_ROWS = 40  # Observations that are listed one by one
-LONGEST = 30  # Letters of a name or of an interval
+LONGEST_NAME = 30  # Letters of a name or of an interval
 NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
 """Names of values that are no keys of a mission."""
 WIDTH = 98  # letters of a comment
@@ -148,7 +148,7 @@ class Panel:
         more = len(points) - len(rows)
         heads = (f"{self.quantity} [{self.unit}]", "observed", "fitted", "difference", "")
         below = [f"and {more} more"] if more else []
-        return Table(heads, rows, last=1, longest=LONGEST, below=below)
+        return Table(heads, rows, last=1, longest=LONGEST_NAME, below=below)
 
 
 @dataclass(frozen=True)
@@ -250,7 +250,7 @@ class Fit(Presented):
             tables.setdefault(name, []).append(row)
         for name, rows in tables.items():
             heads = f"[{name}]", "value", f"{SURE} between"
-            yield Table(heads, rows, longest=LONGEST, bad=loose.get(name, ()))
+            yield Table(heads, rows, longest=LONGEST_NAME, bad=loose.get(name, ()))
         origins = [(value.key, value.origin) for value in self.rows]
         yield Fold("Where the values come from", [Table((), origins, words=2)], in_text=False)
         yield from (panel.block() for panel in self.panels)

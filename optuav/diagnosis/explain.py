@@ -77,7 +77,7 @@ HELD = "constraints and prices are those at the hover point found, which has no 
 AT_SPEEDS = "constraints and prices are those at the speeds found"
 NO_SPEEDS = "this is for the speeds that the mission states; at others no plan was found either"
 NOWHERE = "this is for hovering at w_U; elsewhere within reach no plan was found either"
-LONGEST = 500  # Characters of a constraint that is written out
+LONGEST_STATEMENT = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
 
 
@@ -390,7 +390,7 @@ def _sides(
         yield ConstraintAtOptimum(
             label,
             row.unit,
-            statement if len(statement) <= LONGEST else "",
+            statement if len(statement) <= LONGEST_STATEMENT else "",
             float(row.left),
             Text.senses[row.sense],
             right,

@@ -87,11 +87,11 @@ def bracket_largest(
     x, y, beyond = _monotone(rows, x_top, y_top, np.asarray(least, float))
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
-        y[lost] = rows.some(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
+        y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
         lost = lost[np.isnan(y[lost])]
     if len(lost):
         x[lost], y[lost], beyond[lost] = _sweep(
-            rows.some(lost), x_top[lost], y_top[lost], beyond[lost], any_point
+            rows.take(lost), x_top[lost], y_top[lost], beyond[lost], any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
@@ -103,7 +103,7 @@ def shortest(rows: Rows, bracketed: Interval, y_top: Floats) -> Floats:
     """
     y = bracketed.y.copy()
     here = np.flatnonzero(~np.isnan(bracketed.x))
-    smallest = rows.some(here).at_x(bracketed.x[here]).end(y_top[here], smallest=True)
+    smallest = rows.take(here).at_x(bracketed.x[here]).end(y_top[here], smallest=True)
     y[here] = np.fmin(smallest, y[here])
     return y
 
@@ -171,7 +171,7 @@ def _sweep(
     for _ in range(MOST_BOXES):
         if not len(open_):
             break
-        here, top, high = rows.some(open_), y_top[open_], beyond[open_]
+        here, top, high = rows.take(open_), y_top[open_], beyond[open_]
         low = np.maximum(high - size[open_], np.nan_to_num(x[open_]))
         empty = _empty(here, rising[:, open_], low, high, top)
         beyond[open_] = np.where(empty, low, high)
@@ -195,7 +195,7 @@ def _sweep(
 
     # With that y, a little farther as a rule.
     farthest, _ = bracket_root(
-        margin, x[known], beyond[known], EDGE_S, y[known], *rows.some(known).tables
+        margin, x[known], beyond[known], EDGE_S, y[known], *rows.take(known).tables
     )
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
@@ -210,7 +210,7 @@ def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Float
     if len(left):
         reach_y = np.stack([smallest, over.end(y_top)])[:, left]
         x, reach_x = 0.5 * (low + high)[left], 0.5 * (high - low)[left]
-        most = _most(rows.some(left), rising[:, left], x, reach_x, reach_y, y_top[left])
+        most = _most(rows.take(left), rising[:, left], x, reach_x, reach_y, y_top[left])
         empty[left] = most < 0.0
     return empty
 
@@ -355,7 +355,7 @@ def _tapered(
 
     def most(x: Floats, which: Integers) -> Floats:
         """Largest y under the other rows."""
-        return others.some(which).at_x(x).end(tops[1][which])
+        return others.take(which).at_x(x).end(tops[1][which])
 
     def along_most(x: Floats, which: Integers) -> Floats:
         return margin(x, most(x, which), which)

@@ -185,7 +185,7 @@ class Rows(NamedTuple):
         """The weights of 1, x, y and W, and by share (share, row, programme) of V and V W."""
         return split_by_share(self.weights)
 
-    def some(self, which: Integers) -> Rows:
+    def take(self, which: Integers) -> Rows:
         """The rows of some programmes by ascending numbers."""
         return Rows.of(self.shares, *take_entries(self.tables, which))
 

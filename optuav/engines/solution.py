@@ -15,7 +15,7 @@ from optuav.engines.linear_form import own_bounds
 from optuav.engines.prices import Residuals, ShadowPrices
 from optuav.errors import SolverError
 from optuav.frames import DataFrame, frame, without_rounding
-from optuav.modelling.check import Checks, evaluated, relations, unusable
+from optuav.modelling.check import LONGEST_LABEL, Checks, evaluated, relations, unusable
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import change_by_step, evaluate, has_unknowns
@@ -26,7 +26,6 @@ from optuav.status import SAME_S, Status
 
 DUALITY = "linear programming duality, KKT conditions evaluated again"
 HEADS = ("constraint", "slack", "multiplier", "")
-LONGEST = 60  # Most characters of a label
 ROUNDED_OBJECTIVE = 1e-13  # Share of an objective that is rounding
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
 
@@ -115,7 +114,9 @@ class Solution(Presented):
             (label, figure(slack), "–" if weight is None else figure(weight), binds)
             for label, slack, weight, binds in self._constraints()
         ]
-        yield Table(HEADS, rows, last=1, longest=LONGEST, above=reached, below=[self._lacks()])
+        yield Table(
+            HEADS, rows, last=1, longest=LONGEST_LABEL, above=reached, below=[self._lacks()]
+        )
 
     def _heads(self) -> tuple[str, str]:
         """Status and values of the only answer."""

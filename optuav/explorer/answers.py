@@ -37,12 +37,12 @@ from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.plan import Plan
 from optuav.plan.display import (
     LowLanding,
-    levels,
     low_landings,
     reserve_from_s,
     round_step,
     rounded_up,
     thinned,
+    wells_over_plan,
 )
 from optuav.plan.plane import ROLES, SAMPLES, Plane
 from optuav.plan.summary import facts
@@ -206,7 +206,7 @@ def _wells(plan: Plan, *, alone: bool) -> Data:
 
     A flight that is drawn alone, as there is no plan, also says where it leaves too little.
     """
-    time_s, available_As, bound_As = thinned(levels(plan))
+    time_s, available_As, bound_As = thinned(wells_over_plan(plan))
     total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
     mission, full_As = plan.mission, float(plan.mission.pool.capacity_As)
     end_s, end_As = float(time_s[-1]), float(total_As[-1])

@@ -25,7 +25,7 @@ COLUMNS = (
 )
 HEADS = ("constraint", "left and right", "verdict", "declared at")
 MOST_NAMED = 10  # Most points named as violating a constraint
-LONGEST = 60  # Most characters of a label or a verdict
+LONGEST_LABEL = 60  # Most characters of a label or a verdict
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Checks(Presented, tuple[Check, ...]):
         broken = [number for number, row in enumerate(self) if not np.all(row.satisfied)]
         verdict = f"{len(broken)} of {len(self)} constraints violated"
         yield Fold("", [Heading(verdict, good=not broken)], in_text=False)
-        yield Table(HEADS, [row.cells for row in self], words=4, longest=LONGEST, bad=broken)
+        yield Table(HEADS, [row.cells for row in self], words=4, longest=LONGEST_LABEL, bad=broken)
 
     def to_frame(self) -> DataFrame:
         """One row a constraint, and a point where they were evaluated at several; needs pandas.

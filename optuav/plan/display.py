@@ -43,7 +43,7 @@ class Levels(NamedTuple):
     bound_As: Floats
 
 
-def levels(plan: PlanData) -> Levels:
+def wells_over_plan(plan: PlanData) -> Levels:
     """Both wells over a plan; of packs that take turns, when one of them changes its part."""
     mission = plan.mission
     changes = [(0.0, *vehicle.start(mission).wells(mission.pool))]

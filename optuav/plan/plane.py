@@ -28,7 +28,7 @@ DRAWN = ROLES.keys() - {"bounds"}  # Kinds of limits that are lines in a plane
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 SAMPLES, WHOLE = 61, 100_000  # Samples along an axis on a page, and largest whole number there
 NEAR = 4.0  # Multiple of the excess beside the line of a limit that a page tells apart
-BINDS = 1e-6  # Largest slack of a binding constraint, as a share of its limit
+BINDING_SLACK = 1e-6  # Largest slack of a binding constraint, as a share of its limit
 POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
@@ -177,7 +177,7 @@ class Plane(NamedTuple):
     def _binding(self, rest_s: float, hover_s: float) -> Iterator[str]:
         """The labels of the constraints that hold with equality at a point."""
         for row in self._rows(hover_s, rest_s):
-            if abs(float(row.slack)) <= BINDS * max(1.0, abs(float(row.right))):
+            if abs(float(row.slack)) <= BINDING_SLACK * max(1.0, abs(float(row.right))):
                 yield row.constraint.label
 
     @np.errstate(over="ignore", invalid="ignore")

@@ -179,7 +179,9 @@ def _cell(value: float, decimals: int, sign: str = "") -> str:
 
 def _wells(plan: PlanData) -> Element:
     """Both wells over time, below the phases."""
-    from optuav.plan.display import levels, picture
+    from optuav.plan.display import picture, wells_over_plan
 
     stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
-    return picture(levels(plan), stays, plan.mission.pool.full, plan.runs_dry_s, plan.overfull_s)
+    return picture(
+        wells_over_plan(plan), stays, plan.mission.pool.full, plan.runs_dry_s, plan.overfull_s
+    )

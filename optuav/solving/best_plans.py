@@ -37,7 +37,7 @@ from optuav.status import SAME_S, Status
 Codes: TypeAlias = npt.NDArray[np.int8]
 
 STATUSES = tuple(Status)
-LONGEST = P1, P3, P4  # The problems of the longest hover
+LONGEST_HOVER_PROBLEMS = P1, P3, P4  # The problems of the longest hover
 REASONS = {
     "none": "there is a plan",
     "contradiction": "the numbers of the mission contradict each other, as where "
@@ -125,7 +125,10 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
     """The best plans with one stop by the tie rule of `optuav.solve`, one per variant."""
     problem, perspective = question.problem, question.perspective
     table, early = route_quantities(variants), impossible(variants)
-    able, longest_hover = permitted_routes(variants, problem, early == 0), type(problem) in LONGEST
+    able, longest_hover = (
+        permitted_routes(variants, problem, early == 0),
+        type(problem) in LONGEST_HOVER_PROBLEMS,
+    )
     if perspective == "wells" or not longest_hover:
         answers = _answered(variants, question, able)
     elif perspective == AVAILABLE:
@@ -214,7 +217,7 @@ def _reasons(variants: Variants, able: Booleans, otherwise: Codes, question: Que
     table = route_quantities(variants)
     flight_s = np.where(able, table.flight_time_s, np.inf).min(axis=1, keepdims=True)
     last = "together"
-    if type(question.problem) in LONGEST:
+    if type(question.problem) in LONGEST_HOVER_PROBLEMS:
         last = "wells" if question.perspective == AVAILABLE else "charge"
     code = np.full(variants.count, CODES[last], np.int8)
     if last == "wells":

@@ -12,7 +12,7 @@ from optuav.mission import Mission
 from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.solving.balance import TIMES
-from optuav.solving.best_plans import LONGEST, STATUSES, BestPlans, best_plans
+from optuav.solving.best_plans import LONGEST_HOVER_PROBLEMS, STATUSES, BestPlans, best_plans
 from optuav.solving.question import Question, solve_model
 from optuav.solving.route_models import RouteModel, declarations
 
@@ -57,7 +57,7 @@ def _bracketed(part: RouteModel, best: BestPlans) -> Solution:
 def _is_known(question: Question, mission: Mission) -> bool:
     """Whether a question is for the longest hover in continuous times, by any engine."""
     return (
-        type(question.problem) in LONGEST
+        type(question.problem) in LONGEST_HOVER_PROBLEMS
         and question.perspective in (*PAPER, AVAILABLE)
         and question.engine == AUTO
         and question.slot_s is None

@@ -40,7 +40,7 @@ from optuav.status import Status
 
 ENGINE = "search"
 MOST_SEQUENCES = 1 << 20  # sequences that are compared at most in a linear perspective
-BINDS = 1e-8  # share of the capacity [-] or of the deadline within which a limit is reached
+REACHED_LIMIT = 1e-8  # share of the capacity [-] or of the deadline within which a limit is reached
 
 
 def several_stops(
@@ -231,15 +231,15 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
 def _binding(plan: Plan) -> Iterator[str]:
     """Labels of the limits that a plan reaches."""
     limits, pool = plan.mission.limits, plan.mission.pool
-    if plan.mission_time_s >= limits.deadline_s * (1.0 - BINDS):
+    if plan.mission_time_s >= limits.deadline_s * (1.0 - REACHED_LIMIT):
         yield "deadline"
     for phase in plan.phases:
         moment = ENDS[phase.kind].format(phase.start_place, phase.end_place)
         share = phase.available_As[0] / pool.capacity_As
         charges = phase.kind != "flight" and plan.mission.battery.charging != "taper"
-        if share <= BINDS:
+        if share <= REACHED_LIMIT:
             yield f"{LABELS['dry']} {moment}"
-        elif charges and share >= pool.available_fraction - BINDS:
+        elif charges and share >= pool.available_fraction - REACHED_LIMIT:
             yield f"{LABELS['past full']} {moment}"
-    if plan.soc is not None and plan.soc["battery"] <= limits.min_soc + BINDS:
+    if plan.soc is not None and plan.soc["battery"] <= limits.min_soc + REACHED_LIMIT:
         yield "state of charge"
