@@ -30,9 +30,9 @@ from optuav.plots.style import BLACK, BLUE, DARK, PINK, SKY, mark
 FADED = 0.6  # Share of white over everything after the battery runs dry
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
 HATCH = "//////"
-MOST = 7  # Largest number of entries side by side in a legend
+MOST_ENTRIES = 7  # Largest number of entries side by side in a legend
 SHORT = 0.02  # Share of the axis by which a mission ends before it, for a word beside its line
-CLOSE = 0.05  # Distance of two levels of charge that share a line of words, as a share of the axis
+CLOSE_LEVELS = 0.05  # Share of the axis between two levels of charge that share a line of words
 COLOURS = (BLUE, PINK, SKY, DARK)  # Colours of the packs by number, repeated
 FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
 """Lower edge and height of the strips that show which pack flies and which is charged [%]."""
@@ -149,7 +149,7 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
         del levels[least_As]
         beside: style.Look = {"xytext": (3.0, 0.0), "textcoords": "offset points", "va": "center"}
         ax.annotate(least, (end_s, least_As), **beside)
-    elif full_As - least_As < CLOSE * (high - low):
+    elif full_As - least_As < CLOSE_LEVELS * (high - low):
         levels = {least_As: ", ".join(levels.values())}
     side = ax.secondary_yaxis("right")
     side.set_yticks([*levels], [*levels.values()])
@@ -172,7 +172,7 @@ def _panels(
 def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
     """Put a legend below all panels, of drawn elements and the kinds of phases; settle them."""
     entries = [*handles, *style.swatches(phase.kind for plan in plans for phase in plan.phases)]
-    columns = math.ceil(len(entries) / math.ceil(len(entries) / MOST))
+    columns = math.ceil(len(entries) / math.ceil(len(entries) / MOST_ENTRIES))
     page = axes[0].get_figure()
     assert page is not None
     page.legend(handles=entries, loc="outside lower center", ncols=columns)

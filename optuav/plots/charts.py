@@ -47,7 +47,7 @@ RIMS = {
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 WIDTHS = (1.4, 0.6, 4.0)  # Of the last line, more of each before it that others lie on, and at most
-SAME = 4e-3  # Share of the axis by which two lines that look alike differ at most
+SAME_LINE = 4e-3  # Share of the axis by which two lines that look alike differ at most
 WORDS_WIDTH = 10  # Letters in a line below a station
 
 
@@ -181,7 +181,7 @@ def bars(
         words = f"{end:.{1 if abs(end) < LONG else 0}f}"
         if value is None:  # on two lines, as bars are narrow, and above the line of the level
             words, end = "no\nplan", max(floor, 0.0)
-        style.beside(ax, style.minus(words), (at, end), (0.0, 2.0 if end >= 0.0 else -2.0))
+        style.annotate_beside(ax, style.minus(words), (at, end), (0.0, 2.0 if end >= 0.0 else -2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(groups)), [PRINTED.get(group, group) for group in groups])
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
@@ -283,7 +283,7 @@ def curves(
         to_left = at - left > right - at
         offset_pt = (-3.0 if to_left else 3.0, -3.0 - 9.0 * (number % 2))
         fraction = ("data", "axes fraction")
-        style.beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=DARK)
+        style.annotate_beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=DARK)
     return ax
 
 
@@ -296,7 +296,7 @@ def _apart(lines: Sequence[Line], span: float) -> tuple[list[float], list[str]]:
     labels, shared = [line.label for line in lines], False
     for number, line in enumerate(lines):
         for earlier in lines[:number]:
-            near = _near(line, earlier, SAME * span)
+            near = _near(line, earlier, SAME_LINE * span)
             shared |= bool((near[1:] & near[:-1]).any())
             if len(near) > 1 and near.all() and labels[number] == line.label:
                 labels[number] = f"{line.label}, as {earlier.label}"
@@ -331,7 +331,7 @@ def waterfall(
         ax.bar(at, top_W - power_W, 0.8, power_W, **lost)
         ax.plot([at - 1.4 if at else at - 0.4, at + 0.4], [top_W] * 2, color=DARK, linewidth=0.5)
         loss = f"\n−{percent(1.0 - share)}" if at and share < 0.9995 else ""
-        style.beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
+        style.annotate_beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(stations)), [fill(words, WORDS_WIDTH) for words, *_ in stations])
     ax.tick_params(axis="x", length=0.0)

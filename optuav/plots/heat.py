@@ -26,7 +26,7 @@ MOST_CONTOURS = 8
 CLOSE_PT = 2.5  # Distance of two contours below which they are one thick line
 NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
 """The look of places without a value."""
-LONGEST = "longest hover Δ [s]"
+LONGEST_HOVER_LABEL = "longest hover Δ [s]"
 BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of a legend
 ISLAND = 3.0  # Least area [cells] that a closed contour surrounds; fewer cells would be diamonds
 

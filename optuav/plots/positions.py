@@ -20,7 +20,7 @@ from optuav.mission.messages import plural, shown
 from optuav.network.map_extent import scene
 from optuav.network.places import HOVER
 from optuav.plots import signs, style
-from optuav.plots.heat import LONGEST, heat_map, without_value
+from optuav.plots.heat import LONGEST_HOVER_LABEL, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site
 from optuav.plots.style import BLACK, DARK, GREY, PALE, SKY, Look
 
@@ -95,7 +95,7 @@ def hover_map(
     rule = f"\n{style.perspective(found.attrs['perspective'])}"
     places = f"{moved} anywhere at z = {height_m} m"
     title = style.titled(mission.name, "longest hover", places, rule)
-    return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)
+    return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST_HOVER_LABEL), title, ax)
 
 
 class _Placed(Protocol):
@@ -171,7 +171,7 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     handles += signs.put(ax, "device", devices_m[served], "device")
     handles += signs.put(ax, "device", devices_m[~served], "device without a plan", hollow=True)
     for number, at_m in zip(found.selection.sites, chosen_m, strict=True):
-        style.beside(ax, str(number), tuple(at_m), (7.0, 5.0), fontsize=8.0)
+        style.annotate_beside(ax, str(number), tuple(at_m), (7.0, 5.0), fontsize=8.0)
     _legend_below(ax, handles)
     lasers = f"lasers on {len(chosen_m)} of {plural(len(candidates_m), 'candidate')}"
     rule = style.perspective(found.perspective)

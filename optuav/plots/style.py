@@ -275,7 +275,7 @@ def settle(ax: Axes) -> None:
         axis.apply_aspect()
 
 
-def beside(
+def annotate_beside(
     ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float, float], **look: Any
 ) -> Annotation:
     """Write words beside a point, on the side of the offset; they leave the layout as it is."""
@@ -314,7 +314,7 @@ def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
         left, right = top.transData.transform([(begin_s, 0.0), (end_s, 0.0)])[:, 0]
         for name in names:
             at, fraction = (0.5 * (begin_s + end_s), 1.0), ("data", "axes fraction")
-            text = beside(top, name, at, (0.0, 3.0), xycoords=fraction, fontsize=7.5)
+            text = annotate_beside(top, name, at, (0.0, 3.0), xycoords=fraction, fontsize=7.5)
             if text.get_window_extent().width <= right - left:
                 break
             text.remove()
@@ -365,7 +365,7 @@ def place(
     taken, leaders = np.empty((0, 2, 2)), np.empty((0, 2))
     for label in sorted(labels, key=lambda each: not each.needed):
         look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
-        text = beside(ax, label.text, label.at, (0.0, 0.0), **look)
+        text = annotate_beside(ax, label.text, label.at, (0.0, 0.0), **look)
         size, anchor = text.get_window_extent(), ax.transData.transform(label.at)
         text.remove()
         others = ax.transData.transform(places[(places != label.at).any(axis=1)])
@@ -383,7 +383,7 @@ def place(
             best = int(np.argmin(np.where(fits, costs + covered, np.inf)))
             x_px, y_px = boxes[best, 0] - size.min
             look["arrowprops"] = {**LEADER, **HALO} if far[best] else None
-            beside(ax, label.text, label.at, (x_px / pixels, y_px / pixels), **look)
+            annotate_beside(ax, label.text, label.at, (x_px / pixels, y_px / pixels), **look)
             taken = np.concatenate([taken, boxes[best : best + 1]])
             if far[best]:
                 leaders = np.concatenate([leaders, lines_to[best]])

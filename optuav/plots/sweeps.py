@@ -17,7 +17,7 @@ from optuav.errors import Fault, InputError, shown
 from optuav.options import LONGEST_HOVER
 from optuav.plots import style
 from optuav.plots.charts import Line, curves
-from optuav.plots.heat import BELOW, COLOURS, LONGEST, heat_map, without_value
+from optuav.plots.heat import BELOW, COLOURS, LONGEST_HOVER_LABEL, heat_map, without_value
 from optuav.presentation.keys import axis_of, unit_of, words_of
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def _checked(found: xarray.Dataset) -> tuple[_Sweep, list[str]]:
     longest = known["problem"].partition("(")[0] in LONGEST_HOVER
     sweep = _Sweep(
         mission=known["mission"],
-        measure=LONGEST if longest else HOVER,
+        measure=LONGEST_HOVER_LABEL if longest else HOVER,
         units={key: found[key].attrs["units"] for key in keys},
         hover_s={name: hover_s.sel(perspective=name) for name in names},
     )
@@ -180,7 +180,7 @@ def _lines(sweep: _Sweep, across: str, lines: Sequence[Line], title: str, ax: Ax
     x_label, y_label = sweep.axis(across), sweep.measure
     ax = curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=none, ax=ax)
     if none:
-        style.beside(ax, "no plan", (0.5, 0.5), (0.0, 0.0), xycoords="axes fraction")
+        style.annotate_beside(ax, "no plan", (0.5, 0.5), (0.0, 0.0), xycoords="axes fraction")
     return ax
 
 

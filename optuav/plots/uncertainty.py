@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from optuav.arrays import Floats
 from optuav.mission.messages import plural
 from optuav.plots import style
-from optuav.plots.heat import LONGEST, NONE
+from optuav.plots.heat import LONGEST_HOVER_LABEL, NONE
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE
 from optuav.presentation.keys import axis_of
 from optuav.presentation.numbers import percent
@@ -47,7 +47,7 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     ax.set_yticks(range(len(shown)), short)
     ax.tick_params(axis="y", length=0.0)
     more = f"; {len(moving) - len(shown)} more keys move it less" if moving != shown else ""
-    ax.set_xlabel(f"{LONGEST}{more}")
+    ax.set_xlabel(f"{LONGEST_HOVER_LABEL}{more}")
     words = "longest hover by one key at a time", "at the values beside the bars"
     ax.set_title(style.titled(mission, *words))
     ends = (("key at its low end", ORANGE), ("key at its high end", BLUE))
@@ -90,7 +90,7 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any
         if beyond:
             tip = ((max if longer else min)(beyond.values()), float(row))
             offset_pt = (TIP_PT if longer else -TIP_PT, 0.0)
-            style.beside(ax, " and ".join(beyond), tip, offset_pt, fontsize=6.5)
+            style.annotate_beside(ax, " and ".join(beyond), tip, offset_pt, fontsize=6.5)
 
 
 @style.applied()
@@ -118,7 +118,7 @@ def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) 
     if fixed_s is not None:
         look: style.Look = {"color": DARK, "linewidth": 1.2, "linestyle": "--"}
         handles.append(ax.axvline(fixed_s, **look, label=f"fixed plan {fixed_s:.0f} s"))
-    ax.set(xlabel=LONGEST, ylabel="share of samples [%]")
+    ax.set(xlabel=LONGEST_HOVER_LABEL, ylabel="share of samples [%]")
     words = f"longest hover in {plural(count, 'sample')}"
     ax.set_title(style.titled(mission, words), pad=style.LEGEND_PT)
     if handles:
@@ -145,7 +145,7 @@ def draw_without_plan(
     shown = {percent(share): None for share, _ in shares}
     middle = begin + 0.5 * WIDE * span
     words = "\n".join([*shown][:1] * (len(shown) == 1) + [NO_PLAN])
-    style.beside(ax, words, (middle, highest), (0.0, 2.0))
+    style.annotate_beside(ax, words, (middle, highest), (0.0, 2.0))
     ax.set_xlim(begin - 0.03 * span, max(ax.get_xlim()[1], high))
     ax.set_ylim(0.0, max(ax.get_ylim()[1], ROOM_ABOVE * highest))
     ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= ax.get_xlim()[1]])
