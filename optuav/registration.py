@@ -271,10 +271,12 @@ def _faults_of_dotted(place: str, keys: object) -> Iterator[Fault]:
     for each in keys:
         table, _, key = str(each).partition(".")
         if not forms(table):
-            words = f"no table of a mission; they are {', '.join(TABLES)}"
+            words = f"is no table of a mission; they are {', '.join(TABLES)}"
             yield Fault(place, shown(each), words)
         elif key and key not in table_keys(table):
-            yield Fault(place, shown(each), f"no key of [{table}]{nearest(key, table_keys(table))}")
+            yield Fault(
+                place, shown(each), f"is no key of [{table}]{nearest(key, table_keys(table))}"
+            )
 
 
 def _faults_of_problem(problem: type[Formulation] | Formulation, name: str) -> Iterator[Fault]:

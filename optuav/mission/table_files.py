@@ -76,7 +76,7 @@ def _of_csv(path: Path) -> Buildings:
             if len(row) == len(names):
                 cells += row
             else:
-                faults.append(Fault(f"row {number}", "", f"{len(row)} cells, not {len(names)}"))
+                faults.append(Fault(f"row {number}", "", f"has {len(row)} cells, not {len(names)}"))
     except csv.Error as error:
         raise refusal(path, f"is not CSV: {error}") from None
     refuse(faults)

@@ -138,7 +138,7 @@ class RobustPlan(Result):
         if self.in_calm_air is not None:
             keys = " and ".join(_blowing(self.mission))
             facts.append(("", f"for a plan that holds in both, state a range of {keys} with 0"))
-        sure = f"with a confidence of {self.confidence}"
+        sure = f"with a confidence of {percent(self.confidence)}"
         yield Facts([*facts, ("Risk", f"at most {percent(self.risk_bound)} of the box, {sure}")])
         rows = [
             [row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"]

@@ -132,11 +132,13 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     problem: Formulation = P1()
     perspectives = perspectives_of(stated.perspective, faults)
     if not (stated.grid or stated.paired or stated.samples):
-        faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
+        faults.append(
+            Fault("grid", "", "must have keys with values, unless [paired] or [samples] has")
+        )
     if stated.paired and stated.samples:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
     if path in (STANDARD, Path()) and not stated.output:
-        faults.append(Fault("output", "", "is missing; the path of a directory"))
+        faults.append(Fault("output", "", "is missing; it must be the path of a directory"))
     with collected(faults):
         problem = stated_problem(stated.problem)
     wrong = list[Fault]()  # What forbids to look at scenarios
@@ -191,7 +193,7 @@ def _ranges(stated: Document, faults: list[Fault]) -> dict[str, Any]:
     ranges = dict[str, Any]()
     for key, values in dotted(stated):
         if key in ranges:
-            faults.append(Fault(key, "", "stated once"))
+            faults.append(Fault(key, "", "must be stated once"))
         elif not isinstance(values, dict):
             ranges[key] = values
         elif values.keys() == {"low", "high", "count"} and (
