@@ -29,8 +29,10 @@ EXTRAS = {
 }
 """The extra of ``pyproject.toml`` by package, where it has another name."""
 ALLOWED = re.compile(
-    r"(an?|one|two|three|at (least|most)|up to|true|the (name|path)|arrays|numbers|pairs|points|"
-    r"tables|values|layouts|of|in|longitude)(?!\w)|[A-Z]+[,=.]|[\"'[]"
+    r"(an?|one|two|three|four|some|none|as|either|stated|left out|never|at (least|most)|up to|true|"
+    r"the (name|path|same|address|form|step)|arrays|axes|columns|longitudes?|numbers|pairs|plans|"
+    r"points|pooled|prices|products|stages|tables|values|layouts|of|in|least x|x, y)(?!\w)|"
+    r"[A-Z]+[,=.]|[\"'[(|]"
 )
 """How words on allowed values begin, unlike a sentence on what is wrong."""
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message

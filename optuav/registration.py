@@ -271,11 +271,11 @@ def _faults_of_dotted(place: str, keys: object) -> Iterator[Fault]:
     for dotted in keys:
         table, _, key = str(dotted).partition(".")
         if not forms(table):
-            words = f"no table of a mission; they are {', '.join(TABLES)}"
+            words = f"is no table of a mission; they are {', '.join(TABLES)}"
             yield Fault(place, shown(dotted), words)
         elif key and key not in table_keys(table):
             yield Fault(
-                place, shown(dotted), f"no key of [{table}]{nearest(key, table_keys(table))}"
+                place, shown(dotted), f"is no key of [{table}]{nearest(key, table_keys(table))}"
             )
 
 

@@ -218,7 +218,7 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
         words = "a column phase, or one of speed with its unit, to tell flight from hover"
         faults.append(Fault("", "", words, log.source))
     for name in sorted(set(phases) - set(PHASES)):
-        words = f"{', '.join(PHASES)}{nearest(name, PHASES)}"
+        words = f"one of {', '.join(PHASES)}{nearest(name, PHASES)}"
         faults += table.faults(np.array(phases) == name, "phase", words)
     faults += table.faults(speed_m_s < 0.0, "speed", "a number, x >= 0")
     faults += table.faults(voltage_V <= 0.0, "voltage", "a number, x > 0")

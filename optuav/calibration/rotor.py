@@ -100,7 +100,7 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
     sources, tables = csv.read_all(files, [BENCH, SHEET], _checked)
     sheets = [table for table in tables if "radius" in table.numbers]
     if sheets and len(tables) > 1:
-        words = "bench tests, or one file of propeller and motor data, not both"
+        words = "must be bench tests, or one file of propeller and motor data, not both"
         raise InputError([Fault("", "", words, sheets[0].source)])
     return finished(_from_sheet(sources, sheets[0]) if sheets else _from_bench(sources, tables))
 

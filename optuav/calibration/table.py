@@ -341,7 +341,7 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
 def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterator[Fault]:
     """Yield the faults of the keys and the building of a row."""
     if row.rest_time_s and not row.building:
-        yield Fault(f"{place}.building", "", "where it rested")
+        yield Fault(f"{place}.building", "", "is missing: where the drone rested")
     if mission is None:
         return
     try:

@@ -19,6 +19,7 @@ from optuav.cli.output import BAD_INPUT, FAILED, NO, say
 from optuav.cli.problem_file import faults_named
 from optuav.errors import InputError, NoPlanError, SolverError
 from optuav.plugins import read_plugins
+from optuav.presentation.text import WIDEST_COLUMNS
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit", "export"), "solve"),
@@ -52,7 +53,11 @@ def program(name: str | None = None) -> Any:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         # An option --help that is given or not, never None, needs no pydantic to read it.
-        context_settings={"help_option_names": ["-h", "--help"], "default_map": {"help": False}},
+        context_settings={
+            "help_option_names": ["-h", "--help"],
+            "default_map": {"help": False},
+            "max_content_width": WIDEST_COLUMNS,
+        },
     )
     if name is None:
         app.callback()(_stand_in)

@@ -24,12 +24,11 @@ NO, BAD_INPUT, FAILED = 1, 2, 3
 STYLES = {
     "error:": "bold red",
     "warning:": "bold yellow",
-    **dict.fromkeys(("Hover", "Answer", "Violated", "Contradicted", "To"), "bold"),
-    **dict.fromkeys(("Because", "NOT", "DISAGREE", "FAILED"), "bold red"),
-    "Warning": "bold yellow",
+    **dict.fromkeys(("Answer", "Flyable", "All", "Longest", "Share"), "bold"),
+    **dict.fromkeys(("NOT", "DISAGREE", "FAILED"), "bold red"),
     "FLYABLE": "bold green",
 }
-"""Styles of lines by their first word; of only that word where it ends in a colon."""
+"""Styles of verdicts, the lines that begin so; of only a first word that ends in a colon."""
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 

@@ -37,10 +37,11 @@ from optuav.solving.route_models import declarations, permitted_routes
 from optuav.status import Status
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
-PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capacity_As"]
-PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.obstacles", "limits."]
-PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "link.noise_power_W", "body.mass_kg"]
+PLANNED = ["flight.obstacles", "limits.deadline_s", "limits.min_soc", "battery.packs"]
+PLANNED += ["battery.capacity_As", "battery.charge_", "laser.power_W", "route.", "limits."]
+PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "body.mass_kg"]
 """Keys that a planner can change, the easiest first; other loads and physics come after."""
+GIVEN = "link.noise_power_W"  # Nobody can change the noise: it comes last
 LARGEST_FACTOR = 1e3  # Largest change that is tried, as a factor
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
@@ -153,7 +154,7 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
 
     Each number of one's own formulation, each numeric key of `TABLES` and each component of the
     wind that is not 0 is moved up and down within its range, at most by a factor of 1000; blocked
-    legs fly over buildings, or else through them; a stated hover point is left out; and η0 is kept
+    legs fly over buildings, or through them; a stated hover point is left out; and η0 is kept
     only at the end. Places are not moved. Every change is verified by solving: with its value there
     is an answer, with one digit less none exists. Among changes of equal rank the smallest comes
     first.
@@ -168,16 +169,17 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     ways = [(key, sign) for key in moved for sign in (1, -1)]
     changes = [*_switched(question), *searched(ways, partial(_repaired, question)).values()]
 
-    def rank(repair: Repair) -> tuple[bool, list[bool], bool, float, str]:
+    def rank(repair: Repair) -> tuple[bool, bool, list[bool], bool, float, str]:
         planned = [not repair.key.startswith(name) for name in PLANNED]
         last = repair.key == "limits.keep_soc"
-        return "." in repair.key, planned, last, repair.size, repair.key
+        given = repair.key == GIVEN
+        return "." in repair.key, given, planned, last, repair.size, repair.key
 
     return tuple(sorted(changes, key=rank))
 
 
 def _switched(question: MissionQuestion) -> Iterator[Repair]:
-    """Yield the first other value of each switch that repairs."""
+    """Yield the first other value of each switch that repairs; for blocked legs each that does."""
     mission = question.mission
     switches: tuple[tuple[str, Value, tuple[str | None, ...]], ...] = (
         ("flight.obstacles", mission.flight.obstacle_rule, ("over", "ignore")),
@@ -188,7 +190,8 @@ def _switched(question: MissionQuestion) -> Iterator[Repair]:
         for value in values if now not in values[-1:] else ():
             if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
                 yield Repair(name, now, "==", value, None, 0.0)
-                break
+                if name != "flight.obstacles":
+                    break
 
 
 def outward(key: Key, sign: int) -> Iterator[float]:

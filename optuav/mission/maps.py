@@ -173,7 +173,7 @@ def _crs(document: dict[str, Any], file: Path) -> Any:
     with suppress(LookupError, TypeError):
         if system := system_named(name := stated["properties"]["name"]):
             return system
-    words = 'not a reference system that pyproj knows, by its name as in {"type": "name", '
+    words = 'is not a reference system that pyproj knows, by its name as in {"type": "name", '
     words += '"properties": {"name": "EPSG:25832"}}; correct it in the file'
     raise InputError([Fault("the file's crs", shown(name), words, label(file))])
 

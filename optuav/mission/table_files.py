@@ -81,7 +81,7 @@ def csv_columns(path: Path) -> dict[str, Any]:
             if len(row) == len(names):
                 cells += row
             else:
-                faults.append(Fault(f"row {number}", "", f"{len(row)} cells, not {len(names)}"))
+                faults.append(Fault(f"row {number}", "", f"has {len(row)} cells, not {len(names)}"))
     except csv.Error as error:
         raise refusal(path, f"is not CSV: {error}") from None
     refuse(faults)

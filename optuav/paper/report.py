@@ -136,7 +136,11 @@ def reproduce(
     known = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
     only = several("only", only, str, "the name of a study, or several", 0)
     wrong = [
-        Fault("only", shown(name), "not the ledger, which belongs to only the paper's two missions")
+        Fault(
+            "only",
+            shown(name),
+            "cannot be the ledger, which belongs to the paper's two missions",
+        )
         if name == LEDGER
         else Fault("only", shown(name), f"one of {', '.join(known)}{nearest(name, known)}")
         for name in only

@@ -321,7 +321,9 @@ def lifetime(
     elif schedule == "alternating":
         faults += _range_faults("period_s", period_s, 1e-3, 1e9, "s")
     elif period_s is not None:
-        faults.append(Fault("period_s", shown(period_s), "nothing, unless schedule='alternating'"))
+        faults.append(
+            Fault("period_s", shown(period_s), "must be left out, unless schedule = 'alternating'")
+        )
     faults += _range_faults("horizon_s", horizon_s, 1e-6, math.inf, "s")
     refuse(faults)
     pack = Battery(float(capacity_As), float(available_fraction), float(flow_rate_per_s))

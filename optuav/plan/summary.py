@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,12 @@ from optuav.presentation.numbers import all_digits, fixed, percent, with_unit
 
 TABLE = "buildings_file"  # The key under which a plan names the table of its buildings
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
-LEGEND = "A, W: mean into the battery. avail., bound: fill of the wells at the end."
+LEGEND = (
+    "A, W: mean current and power into the battery. avail. %, bound %: how full its two wells are "
+    "at the end; the drone draws only from the available one."
+)
+NUMBERED = re.compile(r"^[\w-]+\.[a-z] ")  # Beginning of a constraint's label that numbers it
+CHARGE, AVAILABLE = "battery", "available"  # Perspectives of the charge, and of the wells
 EDITED = "*: figures stated in the graph."
 TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
@@ -35,7 +41,8 @@ def blocks(plan: PlanData) -> Iterator[Block]:
         yield Facts([*times(plan), *outcome(plan)])
         yield Picture(partial(_wells, plan))
         rows = phase_rows(plan)
-        below = [LEGEND, EDITED] if any(phase.edited for phase in plan.phases) else [LEGEND]
+        below = [LEGEND] + [EDITED] * any(phase.edited for phase in plan.phases)
+        below += counted_otherwise(plan)
         table = Table(HEADINGS, rows, words=2, longest=None, below=below)
         yield Fold(f"Phases ({len(rows)})", [table], is_open=True)
     yield Facts(warnings(plan))
@@ -142,19 +149,35 @@ def times(plan: PlanData) -> list[tuple[str, str, str]]:
 
 def outcome(plan: PlanData) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
-    levels = [f"{name} {percent(level)}" for name, level in (plan.soc or {}).items()]
-    left = f"of the battery, by perspective: {', '.join(levels)}"
-    lines = [("Route", " → ".join(plan.route)), ("Charge left", left)]
+    levels, own = plan.soc or {}, _counted_as(plan)
+    left = [f"{percent(levels[own])} by {own}"] if own != CHARGE and own in levels else []
+    left += [f"{percent(levels[CHARGE])} of the battery"] if CHARGE in levels else []
+    lines = [("Route", " → ".join(plan.route)), ("Charge left", ", ".join(left) or "unknown")]
     known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
     for name, value in (("Objective", known), ("Bound", plan.bound)):
         if value is not None:
             reached = with_unit(value, plan.objective_unit)
             lines.append((name, reached + "; none is better" * (name == "Bound")))
     if plan.binding:
-        limits, in_slots = "; ".join(plan.binding), plan.engine == "grid"
+        limits = "; ".join(NUMBERED.sub("", label) for label in plan.binding)
+        in_slots = plan.engine == "grid"
         would = f"would break {limits}"
         lines.append(("Next slot", would) if in_slots else ("Binding", limits))
     return lines
+
+
+def counted_otherwise(plan: PlanData) -> Iterator[str]:
+    """Yield the charge left as the other perspectives count it."""
+    shown = {CHARGE, _counted_as(plan)}
+    levels = (plan.soc or {}).items()
+    others = [f"{name} {percent(level)}" for name, level in levels if name not in shown]
+    if others:
+        yield f"Charge left, as other perspectives of the paper count it: {', '.join(others)}."
+
+
+def _counted_as(plan: PlanData) -> str:
+    """The perspective whose charge a plan keeps; that of the battery under `available`."""
+    return CHARGE if plan.perspective == AVAILABLE else plan.perspective
 
 
 def phase_rows(plan: PlanData) -> list[tuple[Cell, ...]]:

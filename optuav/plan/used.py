@@ -54,7 +54,9 @@ def with_table(embedded: Buildings, stated: object, folder: Path) -> Buildings:
     kinds = {"path": str, "sha256": str, "buildings": int}
     known: dict[str, Any] = stated if isinstance(stated, dict) else {}
     if {key: type(each) for key, each in known.items()} != kinds or "\0" in known["path"]:
-        raise InputError([Fault(TABLE, shown(stated), "path, sha256 and buildings of a table")])
+        raise InputError(
+            [Fault(TABLE, shown(stated), "must have path, sha256 and buildings of a table")]
+        )
     path, sha256, count = (known[key] for key in kinds)
     source = TableFile(os.path.abspath(folder / path), sha256, max(count, len(embedded)))
     if not os.path.exists(source.path):

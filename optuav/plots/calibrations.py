@@ -118,9 +118,9 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     sources = ", ".join(style.drawable(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
     top = axes[0].values
-    lag = f"{found.lag_words}, " if found.lag_words else ""
-    top.set_title(f"{lag}{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
-    axes[0].residuals.set_title("what is left over", pad=style.LEGEND_PT)
+    lag = f", {found.lag_words}" if found.lag_words else ""
+    top.set_title(f"{sources}{more}: fit of {found.kind}{lag}", pad=style.LEGEND_PT)
+    axes[0].residuals.set_title("what the fit leaves over", pad=style.LEGEND_PT)
     shown = axes if found.panels[0].names else axes[:1]
     labelled = [ax.values.get_legend_handles_labels() for ax in shown]
     entries = {words: each for pair in labelled for each, words in zip(*pair, strict=True)}
@@ -178,7 +178,8 @@ def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> Flig
         ax.set_ylabel(words)
         style.group_thousands(ax)
     axes[-1].set_xlabel("time in the log [s]")
-    axes[0].set_title(style.drawable(log.source.rpartition("/")[2]), pad=style.LEGEND_PT)
+    title = style.titled(log.source.rpartition("/")[2], "what the log is used for")
+    axes[0].set_title(title, pad=style.LEGEND_PT)
     style.legend_above(axes[0], 6)
     style.settle(axes[0])
     return FlightLogAxes(*axes)

@@ -1,4 +1,4 @@
-"""Blocks as text: aligned lines of at most 80 columns, or as many as COLUMNS states."""
+"""Blocks as text: aligned lines as wide as the terminal, 80 columns elsewhere, or COLUMNS."""
 
 from __future__ import annotations
 
@@ -28,16 +28,18 @@ NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
 GAP = 2  # Blanks between columns
 LABEL = 13  # Columns of the labels of facts
 LEAST_COLUMNS = 60  # Fewest columns of a legible table
+WIDEST_COLUMNS = 120  # Most columns of a terminal that lines fill
 LEAST_CELL = 15  # Columns for the words of a row at least
 LEAST_ROOM, ROOM = 24, 36  # Columns for a last cell, and for one that is long, beside the others
 
 
 def line_width(most: int = 80) -> int:
-    """The width that COLUMNS asks for; else `most`, or the terminal's if narrower; at least 60."""
+    """The width that COLUMNS asks for; else the terminal's, 60 to 120; `most` without a terminal."""
     from shutil import get_terminal_size
 
-    columns = get_terminal_size((most, 0)).columns
-    return max(LEAST_COLUMNS, columns if os.environ.get("COLUMNS") else min(most, columns))
+    columns = get_terminal_size((0, 0)).columns or most
+    widest = max(most, WIDEST_COLUMNS)
+    return max(LEAST_COLUMNS, columns if os.environ.get("COLUMNS") else min(widest, columns))
 
 
 def as_text(blocks: Blocks, most: int = 80) -> str:

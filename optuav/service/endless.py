@@ -39,6 +39,7 @@ PROOFS = {
 }
 SWAPPED = "longest visit from full wells; every exchange fills them"
 DARK = "the laser does not serve the hover, or a pad by cable serves the rest"
+WELLS = "available, bound: charge in the two wells of the battery at the end of the phase"
 ENDLESS = "the laser gives more than hovering draws"
 NEVER_LANDS: dict[str, Any] = {
     **{"share": 1.0, "bound": 1.0, "limit_share": 1.0, "building": None, "hover_s": math.inf},
@@ -171,14 +172,16 @@ class EndlessCycle(Result):
             ("Charge", f"{departing} at departure, {landing} at landing"),
         ]
         if self.limit_share < 1.0:
-            facts.append(("Free legs", f"would give {percent(self.limit_share)}"))
+            facts.append(("If legs cost nothing", f"{percent(self.limit_share)} of the time"))
         yield Facts([*facts, *calm, ("Proof", f"{self.status}: {self.proof}")])
         rows = (
             (row["kind"], row["duration_s"], row["available_As"], row["bound_As"])
             for row in self.rows
         )
         cells = [[kind, *map("{:.2f}".format, figures)] for kind, *figures in rows]
-        yield Table(["phase", "duration [s]", "y1 [A s]", "y2 [A s]"], cells)
+        yield Table(
+            ["phase", "duration [s]", "available [A s]", "bound [A s]"], cells, below=[WELLS]
+        )
 
     def pictures(self) -> Pictures:
         """Yield both wells over two periods."""

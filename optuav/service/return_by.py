@@ -105,7 +105,8 @@ class ReturnTimes(Result):
         yield Heading(f"When to leave the hover point: {printable(self.mission.name)}")
         drawn = f"draws {self.hover_current_A:.4g} A from the battery"
         drawn += f"; the laser gives {self.received_current_A:.4g} A"
-        wells = f"y1 = {self.available_As:z.1f} A s, y2 = {self.bound_As:z.1f} A s"
+        wells = f"{self.available_As:z.1f} A s in the available well (y1), "
+        wells += f"{self.bound_As:z.1f} A s in the bound one (y2)"
         facts = [("On arrival", wells), ("Hovering", drawn)]
         yield Facts([*facts, *calm_facts(self.in_calm_air)])
         first, *others = self.rows
@@ -116,7 +117,9 @@ class ReturnTimes(Result):
         yield Table(heads, [*map(_cells, shown)], below=below)
         rule = [
             "Leave at the latest when the smaller of the two times has passed since arrival.",
-            "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g.",
+            "by well: the available well is empty on landing; by charge: the reserve is reached.",
+            "A monitor on board that knows both wells, y1 and y2, leaves as soon as "
+            "a·y1 + b·y2 < g.",
         ]
         for row in shown:
             if row["earliest_s"]:

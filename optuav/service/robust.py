@@ -138,7 +138,7 @@ class RobustPlan(Result):
         if self.in_calm_air is not None:
             keys = " and ".join(_blowing(self.mission))
             facts.append(("", f"for a plan that holds in both, state a range of {keys} with 0"))
-        sure = f"with a confidence of {self.confidence}"
+        sure = f"with a confidence of {percent(self.confidence)}"
         yield Facts([*facts, ("Risk", f"at most {percent(self.risk_bound)} of the box, {sure}")])
         rows = [
             [row["number"], figure(row["low"]), figure(row["high"]), fixed(row["gain_s"], 3)]

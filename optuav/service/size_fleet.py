@@ -28,6 +28,10 @@ PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
 """Names of prices: a drone without its packs, a beam, a pad by cable, a charger for packs outside
 a drone, the packs of one drone, and a tethered drone in place of all of them."""
 PRICE = Range("-", ge=0.0, le=1e12)
+WORDS = (
+    "lit hover: the laser also charges the hovering drone; dark hover: only resting drones. pad: a "
+    "drone rests on a pad with a cable. swap: packs are exchanged in a bay, and charged apart."
+)
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
 TECHNOLOGY_UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
 SHARES = 100  # Shares in a picture
@@ -120,7 +124,8 @@ class FleetSizes(Result):
             figures += [row["cost"]] if self.prices is not None else []
             rows.append([row["technology"], *("–" if n is None else f"{n:.8g}" for n in figures)])
         names = [*COUNTS, *(["cost"] if self.prices is not None else [])]
-        yield Table(["technology", *(name.replace("_", " ") for name in names)], rows)
+        heads = ["technology", *(name.replace("_", " ") for name in names)]
+        yield Table(heads, rows, below=[WORDS])
         if reasons := _reasons(self.rows):
             yield Note(reasons)
 

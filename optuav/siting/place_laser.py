@@ -404,7 +404,9 @@ def option_faults(
     if objective == "covered" and not ENOUGH.accepts(at_least_s):
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:
-        yield Fault("at_least_s", shown(at_least_s), "none but with objective 'covered'")
+        yield Fault(
+            "at_least_s", shown(at_least_s), "must be left out, except with objective 'covered'"
+        )
 
 
 def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:

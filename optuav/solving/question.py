@@ -192,7 +192,7 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
         name = problem.__name__
         yield Fault("problem", name, f"must be an instance, such as {name}(…), not the class")
     elif isinstance(problem, str) and problem == "P4":
-        yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
+        yield Fault("problem", "'P4'", 'must be P4 with the name of a building, as P4("b1")')
     else:
         names_too = (*PROBLEMS, "P4(building)", *OWN_PROBLEMS, "or an instance of a Formulation")
         yield unknown("problem", problem, names_too)

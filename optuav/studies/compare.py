@@ -187,12 +187,12 @@ def _faults(
         words = f"some of {', '.join(AXES)}; or only method, schedule or speed"
         yield from (Fault("by", shown(name), words) for name in names if name not in AXES)
         if not names or len(set(names)) < len(names):
-            yield Fault("by", shown(names), f"each once, at least one of {', '.join(AXES)}")
+            yield Fault("by", shown(names), f"must be at least one of {', '.join(AXES)}, each once")
     for name, number in (("slots_s", SLOT), ("periods_s", PERIOD), ("time_limit_s", LIMIT)):
         yield from misfits(*((name, value, number) for value in given[name] or ()))
     slots = tuple(given["slots_s"] or ())
     if len(set(slots)) < len(slots):
-        yield Fault("slots_s", shown(slots), "each length once")
+        yield Fault("slots_s", shown(slots), "must have each length once")
     if slots and names == ("speed",):
         yield Fault("slots_s", shown(slots), "left out with by = 'speed'")
     if len(slots) > 1 and names != ("method",):

@@ -123,24 +123,18 @@ class MethodComparison(Comparison):
         return "time_s" in self.rows[0]
 
     def blocks(self) -> Iterator[Block]:
-        """Yield gaps by problem, what each method is worth, how it knows, and the verdict."""
+        """Yield the verdict, gaps by problem, what each method is worth, and how it knows."""
         name, known = self.mission.name, f"{self.perspective}, by every method"
         yield Heading(f"{name}: longest hover Δ, {known}")
         feasible = any(row["hover_time_s"] is not None for row in self.rows)
+        yield Note([*self._verdict(feasible)])
         if feasible:
             yield self._gaps()
             yield from self._worth()
-        yield Note([*self._verdict(feasible)])
+        yield Note([*self._remarks(feasible)])
 
     def _verdict(self, feasible: bool) -> Iterator[str]:
-        """Yield why problems have no plan, what theory does not bound, and who disagrees."""
-        for name, reasons in self.reasons.items():
-            if reasons and (feasible or name == "P1"):
-                who = f"{name} has no plan" if feasible else "No problem has a plan"
-                yield f"{who}: {'; '.join(reasons)}."
-        unbounded = (row for row in self.rows if row["why"] and row["largest_gap_s"] is None)
-        for why in dict.fromkeys(row["why"] for row in unbounded):
-            yield f"The theory has no bound where {why}."
+        """Yield who disagrees or failed, or that all agree."""
         for heading, lines in (("DISAGREE", self.disagreements), ("FAILED", self.failures)):
             yield from (f"{heading}  {line}" for line in lines)
         if not self.disagreements and not self.failures:
@@ -148,6 +142,16 @@ class MethodComparison(Comparison):
             few = f", {plans} of them with a plan" if plans < len(self.rows) else ""
             on_what = few if feasible else " that nothing is feasible"
             yield f"All {len(self.rows)} answers agree{on_what}."
+
+    def _remarks(self, feasible: bool) -> Iterator[str]:
+        """Yield why problems have no plan, and what theory does not bound."""
+        for name, reasons in self.reasons.items():
+            if reasons and (feasible or name == "P1"):
+                who = f"{name} has no plan" if feasible else "No problem has a plan"
+                yield f"{who}: {'; '.join(reasons)}."
+        unbounded = (row for row in self.rows if row["why"] and row["largest_gap_s"] is None)
+        for why in dict.fromkeys(row["why"] for row in unbounded):
+            yield f"The theory has no bound where {why}."
 
     def _gaps(self) -> Table:
         """Return what slots lose of the hover by problem."""

@@ -15,7 +15,7 @@ from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.presentation.numbers import fixed
 from optuav.solving import solve
 from optuav.studies.compare_methods import Progress
-from optuav.studies.results import ComparedAnswer, Comparison, Pictures
+from optuav.studies.results import ComparedAnswer, Comparison, Pictures, longest_of
 
 COMPARED_PERSPECTIVES: tuple[Perspective, ...] = (*PAPER, AVAILABLE)
 COMPARED_TRAJECTORIES: tuple[Trajectory, ...] = ("direct", "traj1", "traj2", "optimal")
@@ -103,6 +103,7 @@ class PlanComparison(Comparison):
         """Yield one line a plan with whether it can be flown, and how each is known."""
         subject = "schedule of the packs" if self._by_schedule else " and ".join(self.by)
         yield Heading(f"{self.mission.name}: longest hover by {subject}, {counted_in(self.slot_s)}")
+        yield Note([longest_of([*zip(self._names(), self.rows, strict=True)])])
         gain_head = ["gain [s]"] if self._by_schedule else []
         words = [*(["schedule"] if self._by_schedule else AXES), "flies"]
         heads = [*words, "Δ [s]", *gain_head, "T' [s]", "T [s]", "η1 [%]", "by way of"]
@@ -133,6 +134,14 @@ class PlanComparison(Comparison):
             known.append(f"{', '.join(names)}: {proof}")
         reasons = dict.fromkeys(reason for row in self.rows for reason in row["reasons"])
         yield Note([*known, *(f"Because {reason}" for reason in reasons)])
+
+    def _names(self) -> Iterator[str]:
+        """Yield the name of each row: what differs between the rows."""
+        labels = [_label(row) for row in self.rows]
+        differ = [len({*column}) > 1 for column in zip(*labels, strict=True)]
+        for label in labels:
+            own = [word for word, counts in zip(label, differ, strict=True) if counts]
+            yield " ".join(own) or label[-1]
 
     def pictures(self) -> Pictures:
         """Yield the wells of the packs by schedule, or the hover times by all else."""

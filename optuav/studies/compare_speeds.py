@@ -13,12 +13,12 @@ from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.options import Perspective
 from optuav.plan import Plan
-from optuav.presentation.blocks import Block, Heading, Table
+from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.presentation.numbers import fixed
 from optuav.solving import formulate, solve
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.speed_search import RULES, RouteSpeeds
-from optuav.studies.results import ComparedAnswer, Comparison, Pictures
+from optuav.studies.results import ComparedAnswer, Comparison, Pictures, longest_of
 
 SPEED_UNITS = {
     "method": "",
@@ -63,6 +63,7 @@ class SpeedComparison(Comparison):
         yield Heading(
             f"{self.mission.name}: longest hover by speed of the legs, {self.perspective}"
         )
+        yield Note([longest_of([(row["method"], row) for row in self.rows])])
         rows = list[list[str]]()
         for row in self.rows:
             speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA = 2
+SAME_S = 1e-3  # Difference of two hovers that are called equally long
 
 Pictures: TypeAlias = Iterator[tuple[str, "Axes"]]
 """Pictures by file name."""
@@ -28,7 +29,8 @@ Pictures: TypeAlias = Iterator[tuple[str, "Axes"]]
 class Result(Presented):
     """What a study found: figures as attributes, and a table with one row per answer.
 
-    Printed, it is text of at most 80 columns, or as many as the environment states in COLUMNS.
+    Printed, it is text as wide as the terminal, of 80 columns elsewhere, or of as many as the
+    environment states in COLUMNS.
 
     Parameters
     ----------
@@ -133,6 +135,19 @@ class Comparison(Result):
     """Answers side by side, one row each; the rows of each kind of comparison have more entries."""
 
     rows: tuple[ComparedAnswer, ...]
+
+
+def longest_of(answers: Sequence[tuple[str, ComparedAnswer]]) -> str:
+    """Return the verdict of a comparison: the longest hover that can be flown, and whose it is."""
+    flown = [(name, row) for name, row in answers if row.get("flyable") is not False]
+    shown = flown if any(row["hover_time_s"] is not None for _, row in flown) else answers
+    known_s = {name: row["hover_time_s"] for name, row in shown if row["hover_time_s"] is not None}
+    if not known_s:
+        return "Longest      none of them has a plan"
+    longest_s = max(known_s.values())
+    names = " and ".join(name for name, s in known_s.items() if s > longest_s - SAME_S)
+    fails = "" if shown is flown else ", which cannot be flown"
+    return f"Longest      {longest_s:.2f} s of hover: {names}{fails}"
 
 
 def _as_cell(value: object) -> object:

@@ -319,7 +319,9 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if not isinstance(along, list) or not all(isinstance(key_along, str) for key_along in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
     if along and key.now == 0.0:
-        raise InputError([Fault(f"{name}.along", shown(along), "nothing goes along with 0")])
+        raise InputError(
+            [Fault(f"{name}.along", shown(along), "is 0, and nothing varies along with 0")]
+        )
     likely, deviation = numbers.get("likely"), numbers.get("deviation")
     reach = abs(key.now) * numbers.get("percent", 0.0) / 100.0 + DEVIATIONS * (deviation or 0.0)
     low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)
@@ -327,7 +329,9 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
         low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
         within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise InputError([Fault(name, form_shown(form), f"low < high, likely between, {within}")])
+        raise InputError(
+            [Fault(name, form_shown(form), f"must have low < high, likely between, {within}")]
+        )
     return Spread(key, low, high, likely, deviation, tuple(_key(known, other) for other in along))
 
 

@@ -236,5 +236,7 @@ def _refuse_wavelengths(found: Scenarios) -> None:
     unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in known]
     if len(coefficients) < len(COEFFICIENTS) and (coefficients or unknown):
         value = ", ".join(coefficients) or f"{unknown[0]:g}"
-        words = f"with all of {', '.join(COEFFICIENTS)}, or none of them and 810 or 1550 nm"
+        words = (
+            f"must come with all of {', '.join(COEFFICIENTS)}, or none of them and 810 or 1550 nm"
+        )
         refuse([Fault(WAVELENGTH, value, words)])

@@ -51,6 +51,11 @@ ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
 """Elasticities below these are 0, or have no digit to show; beyond the last two sides differ."""
 LONGEST_KEY = 34
 
+HEADS = (
+    "Δ low, Δ high: hover [s] at both ends of the range; % by 1 %: hover in percent per percent of "
+    "the key, over the range; local: the same at the mission's own value"
+)
+
 
 class Effect(TypedDict):
     """A row of a sensitivity: a key with the hover times [s] at the ends of its range."""
@@ -124,6 +129,7 @@ class Sensitivity(Result):
 
     def _below(self, rows: Sequence[Effect]) -> Iterator[str]:
         """Yield the lines below the table of some rows."""
+        yield HEADS
         if more := len(self.rows) - len(rows):
             yield f"and {more} more with smaller effects"
         if kinks := [row for row in rows if row["has_kink"] or row["at_end"]]:

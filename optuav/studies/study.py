@@ -136,11 +136,13 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     perspectives = perspectives_of(study.perspective, faults)
     faults += unlisted(("engine", study.engine, (AUTO, *engine_names())))
     if not (study.grid or study.paired or study.samples):
-        faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
+        faults.append(
+            Fault("grid", "", "must have keys with values, unless [paired] or [samples] has")
+        )
     if study.paired and study.samples:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
     if path in (STANDARD, Path()) and not study.output:
-        faults.append(Fault("output", "", "is missing; the path of a directory"))
+        faults.append(Fault("output", "", "is missing; it must be the path of a directory"))
     with collected(faults):
         problem = stated_problem(study.problem)
     wrong = list[Fault]()  # What forbids to look at scenarios
@@ -207,7 +209,7 @@ def _ranges(tables: Document, faults: list[Fault]) -> dict[str, Any]:
     ranges = dict[str, Any]()
     for key, values in dotted(tables):
         if key in ranges:
-            faults.append(Fault(key, "", "stated once"))
+            faults.append(Fault(key, "", "must be stated once"))
         elif not isinstance(values, dict):
             ranges[key] = values
         elif values.keys() == {"low", "high", "count"} and (

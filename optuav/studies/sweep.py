@@ -202,7 +202,7 @@ def planned(study: Path | Mapping[str, object], workers: int, scheduler: str | N
     require("pyarrow", "sweeps")
     faults = [*misfits(("workers", workers, WORKERS))]
     if scheduler is not None and workers != 1:
-        words = "not with a scheduler, which has workers of its own"
+        words = "cannot be combined with a scheduler, which has workers of its own"
         faults.append(Fault("workers", shown(workers), words))
     with collected(faults):
         plan = read_plan(study)

@@ -192,7 +192,7 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
         "resolution.flight_time = 1: must be 'flight_time_s', 'mission_time_s'",
         "hover_time_s = -5: must be a number, x >= 0",
         "laser = 3: must be true or false",
-        "given.building: where it rested",
+        "given.building: is missing: where the drone rested",
         "fit.battery_percent = 'much': must be a number",
         "resolution.flight_time_s: the step",
     ):

@@ -110,7 +110,10 @@ HEAD = "name,x_m,y_m,z_m\n"
         ("# only remarks\n\n", ["has no header; its columns are name, x_m, y_m, z_m"]),
         ("name,x,y_m,z_m\na,1,2,3\n", ["x: unknown column", "x_m: is missing"]),
         ("name,x_m,y_m,z_m,z_m\n", ["z_m: is there twice"]),
-        (HEAD + "a,1,2\nb,1,2,3\nc,1,2,3,4\n", ["row 1: 3 cells, not 4", "row 3: 5 cells, not 4"]),
+        (
+            HEAD + "a,1,2\nb,1,2,3\nc,1,2,3,4\n",
+            ["row 1: has 3 cells, not 4", "row 3: has 5 cells, not 4"],
+        ),
         (HEAD + "a,1,2,nan\n", ["buildings.a.position_m = [1.0, 2.0, nan]: must be three numbers"]),
         (HEAD + "a,1,2,\n", ["buildings.a.position_m = [1.0, 2.0, None]: must be three numbers"]),
         (HEAD + "a,1,2,3m\n", ["buildings.a.position_m = [1.0, 2.0, '3m']: must be three numbers"]),

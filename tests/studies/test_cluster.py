@@ -143,7 +143,7 @@ def test_without_a_scheduler_nothing_is_written(
     file = study(tmp_path, STUDY.format(each=9, count=9))
     with pytest.raises(InputError, match="the address of a Dask scheduler"):
         optuav.sweep(file, scheduler="tcp://127.0.0.1:1")
-    with pytest.raises(InputError, match="workers = 3: not with a scheduler"):
+    with pytest.raises(InputError, match="workers = 3: cannot be combined with a scheduler"):
         optuav.sweep(file, workers=3, scheduler="tcp://127.0.0.1:1")
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match="need distributed"):

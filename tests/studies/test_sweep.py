@@ -353,7 +353,7 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "keys with values here"),
+        ("", "must have keys with values"),
         ('mission = "papr"\ngrid.limits.deadline_s = [9]', "no such file; did you mean 'paper'"),
         (
             "mission = 3\ngrid.limits.deadline_s = [9]",
@@ -376,7 +376,7 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
         ),
         (
             '[grid]\nlimits.deadline_s = [9, 8]\n"limits.deadline_s" = [1]',
-            r"grid\.limits\.deadline_s: stated once",
+            r"grid\.limits\.deadline_s: must be stated once",
         ),
         ("samples.count = 3", "at least one key"),
         ("samples.battery.capacity_As = { percent = 3 }", "samples.count: must be a whole number"),

@@ -140,7 +140,7 @@ def test_keys_along_change_by_the_same_factor() -> None:
         (
             {"wind": {"force_N[0]": {"low": 0, "high": 1, "along": ["body.mass_kg"]}}},
             "wind.force_N[0].along",
-            "nothing goes along with 0",
+            "nothing varies along with 0",
         ),
     ],
 )
