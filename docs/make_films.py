@@ -1,4 +1,4 @@
-"""Make the moving pictures of the home page: ``python docs/make_films.py FILE``.
+"""Make the moving pictures of the home page; ``python docs/make_films.py`` writes the README's.
 
 Two plans of the mission ``paper`` are simulated and drawn side by side as SVGs that CSS moves: the
 paper's optimum, which falls, and the plan that flies. Both play at one pace to their end. Readers
@@ -7,8 +7,7 @@ who ask for less motion see the fall and the rest.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -32,7 +31,7 @@ LASER = 110.0
 """Where the laser stands across the scene, which has one direction less than the world [px]."""
 STANDS = 5.0
 """Height of a drone's middle above a roof that it rests on, and of a wreck on the ground [px]."""
-ASIDE, TURN_DEG = 36.0, 24.0
+ASIDE, TURN_DEG = 46.0, 24.0
 """How far a falling drone drifts [px], and how it lies."""
 WELLS_LEFT, WELLS_TOP, WELLS_WIDTH, WELLS_HEIGHT, APART = 298.0, 18.0, 40.0, 66.0, 5.0
 """Place of the battery, common width of its wells, their height and the gap [px]."""
@@ -65,6 +64,11 @@ FILM = """\
 <h2>{heading} <span>{verdict}</span></h2>
 <p>{words}</p>
 <svg viewBox="0 0 360 296" role="img" aria-label="{told}">
+{picture}
+</svg>
+</div>
+"""
+PICTURE = """\
 <path class="ground" d="M{left} {ground}H{right}"/>
 {scene}
 <text x="{wells_left}" y="{wells_words}">battery</text>
@@ -72,9 +76,31 @@ FILM = """\
 {bars}
 <path class="now" d="M-5 {now_top}h10l-5 7z"/>
 <text x="{left}" y="{bar_words}">0 s</text>
-<text x="{end_x:.1f}" y="{bar_words}" class="end verdict">{end_s:.0f} s</text>
-</svg>
-</div>
+<text x="{end_x:.1f}" y="{bar_words}" class="end verdict">{end_s:.0f} s</text>"""
+FILE = Path(__file__).parent / "_static" / "films.svg"
+STANDALONE = """\
+<svg xmlns="http://www.w3.org/2000/svg" class="films" viewBox="0 0 738 374" role="img">
+<title>{title}</title>
+<style>
+.films {{color-scheme: light dark; font-family: system-ui, "DejaVu Sans", sans-serif}}
+.frame {{fill: var(--panel); stroke: var(--line)}}
+.film .heading {{fill: var(--ink); font-size: 15px; font-weight: 600}}
+.film .big {{font-size: 17px; font-weight: 600}}
+.film .words {{font-size: 14px}}
+{style}
+</style>
+{films}</svg>
+"""
+FRAME = """\
+<g class="film {name}" transform="translate({x} 1)">
+<rect class="frame" width="360" height="372" rx="12"/>
+<text x="16" y="28" class="heading">{heading}</text>
+<text x="16" y="51" class="verdict big">{verdict}</text>
+<text x="16" y="72" class="words">{words}</text>
+<g transform="translate(0 76)">
+{picture}
+</g>
+</g>
 """
 STYLE = """
 .films {{margin: 0; padding: 0}}
@@ -161,13 +187,33 @@ def films() -> tuple[Film, Film]:
 def page(*names: str) -> str:
     """The films of these names as a figure of HTML, all of them by default."""
     shown = [film for film in films() if film.name in names or not names]
+    drawn, style = _together(shown)
+    more = " one" if len(shown) == 1 else ""
+    parts = [
+        FILM.format(**film._asdict(), picture=picture)
+        for film, picture in zip(shown, drawn, strict=True)
+    ]
+    return FIGURE.format(more=more, style=style, films="".join(parts))
+
+
+def standalone() -> str:
+    """Both films as one SVG, which is a file of its own."""
+    shown = films()
+    drawn, style = _together(shown)
+    parts = [
+        FRAME.format(**film._asdict(), picture=picture, x=1 + 376 * number)
+        for number, (film, picture) in enumerate(zip(shown, drawn, strict=True))
+    ]
+    title = " ".join(f"{film.heading}: {film.told}" for film in shown)
+    return STANDALONE.format(title=title, style=style, films="".join(parts))
+
+
+def _together(shown: Sequence[Film]) -> tuple[list[str], str]:
+    """Pictures of films that end together, and their style."""
     whole_s = max(_end_s(film) for film in shown)
     drawn, styles = zip(*(_drawn(film, whole_s) for film in shown), strict=True)
-    style = variables(".films") + STYLE.format(
-        signs="".join(f".film {rule}\n" for rule in signs.STYLE.strip().splitlines())
-    )
-    more = " one" if len(shown) == 1 else ""
-    return FIGURE.format(more=more, style=style + "".join(styles), films="".join(drawn))
+    looks = "".join(f".film {rule}\n" for rule in signs.STYLE.strip().splitlines())
+    return [*drawn], variables(".films") + STYLE.format(signs=looks) + "".join(styles)
 
 
 def _end_s(film: Film) -> float:
@@ -177,7 +223,7 @@ def _end_s(film: Film) -> float:
 
 
 def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
-    """A film that plays for so long [s of the mission], and its style."""
+    """The picture of a film that plays for so long [s of the mission], and its style."""
     replayed, mission = film.replayed, film.replayed.mission
     trace, dry_s = replayed.trace, replayed.first_s("empty")
     flown_s = float(trace.time_s[-1]) if dry_s is None else dry_s
@@ -245,8 +291,7 @@ def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
             'style="fill: var(--dry)"/>'
         )
     scene.append(f'<g class="drone">{signs.DRONE}</g>')
-    drawn = FILM.format(
-        **film._asdict(),
+    drawn = PICTURE.format(
         left=LEFT,
         right=RIGHT,
         ground=GROUND,
@@ -342,10 +387,10 @@ def _style(
     moved = [f".{part} {{animation: {name}-{part} {whole_s / PACE:g}s linear both}}"
              for part in frames]  # fmt: skip
     keys = "\n".join(f"@keyframes {name}-{part} {{{steps}}}" for part, steps in frames.items())
-    still_css = "\n".join(f".{name} svg {rule}" for rule in rules)
-    moving = "\n".join(f".{name} svg {rule}" for rule in moved)
+    still_css = "\n".join(f".{name} {rule}" for rule in rules)
+    moving = "\n".join(f".{name} {rule}" for rule in moved)
     return f"{still_css}\n@media (prefers-reduced-motion: no-preference) {{\n{moving}\n}}\n{keys}\n"
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), "utf-8")
+    FILE.write_text(standalone(), "utf-8")
