@@ -7,7 +7,7 @@ who ask for less motion see the fall and the rest.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -225,8 +225,60 @@ def _end_s(film: Film) -> float:
 def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
     """The picture of a film that plays for so long [s of the mission], and its style."""
     replayed, mission = film.replayed, film.replayed.mission
-    trace, dry_s = replayed.trace, replayed.first_s("empty")
-    flown_s = float(trace.time_s[-1]) if dry_s is None else dry_s
+    dry_s, end_s = replayed.first_s("empty"), float(replayed.trace.time_s[-1])
+    flown_s = end_s if dry_s is None else dry_s
+    at, share = _place(replayed), mission.battery.available_fraction
+
+    def along(moment_s: float) -> float:
+        return LEFT + (RIGHT - LEFT) * moment_s / mission.limits.deadline_s
+
+    moments_s = [*_moments_s(replayed, flown_s)]
+    courses = {
+        "drone": [(s, _moved(*at(s))) for s in moments_s],
+        **_levels(replayed, moments_s),
+        "now": [(s, _moved(along(s))) for s in moments_s],
+    }
+    stays = {phase.kind: phase for phase in replayed.phases if phase.kind != "flight"}
+    lit_s = {kind: (stay.start_s, min(stay.end_s, flown_s)) for kind, stay in stays.items()}
+    resting_s = [s for s in moments_s if lit_s["rest"][0] < s < lit_s["rest"][1]]
+    still_s = resting_s[len(resting_s) // 2] if dry_s is None else flown_s
+    still = {name: dict(moves)[still_s] for name, moves in courses.items()}
+    way = dict.fromkeys(at(s) for s in _corners_s(replayed, flown_s))
+    scene = _scene(at(lit_s["rest"][0]), at(lit_s["hover"][0]), way)
+    bars = [
+        _bar(phase.kind, along(phase.start_s), along(min(phase.end_s, flown_s)))
+        for phase in replayed.phases
+        if phase.start_s < flown_s
+    ]
+    if dry_s is not None:
+        steps, marks = _fall(*at(dry_s))
+        courses["drone"] += [(dry_s + FALL_S * part, where) for part, where in steps]
+        still["drone"] = courses["drone"][-1][1]
+        scene += marks
+        bars.append(
+            f'<rect x="{along(dry_s):.1f}" y="{BAR_TOP}" width="4" height="{BAR_HEIGHT}" '
+            'style="fill: var(--dry)"/>'
+        )
+    drawn = PICTURE.format(
+        left=LEFT,
+        right=RIGHT,
+        ground=GROUND,
+        scene="\n".join([*scene, f'<g class="drone">{signs.DRONE}</g>']),
+        wells_left=WELLS_LEFT,
+        wells_words=WELLS_TOP - 6,
+        wells=_wells(share, dry_s is not None),
+        bars="\n".join(bars),
+        now_top=BAR_TOP - 8,
+        bar_words=BAR_TOP + BAR_HEIGHT + 18,
+        end_x=along(flown_s),
+        end_s=flown_s,
+    )
+    return drawn, _style(film.name, courses, still, lit_s, dry_s, whole_s)
+
+
+def _place(replayed: Replay) -> Callable[[float], tuple[float, float]]:
+    """Where the drone is in the picture [px], by the moment [s]: along its way, and up."""
+    trace = replayed.trace
     passed_m = np.append(0.0, np.hypot(*np.diff(trace.position_m.T[:2])).cumsum())
 
     def at(moment_s: float) -> tuple[float, float]:
@@ -234,78 +286,62 @@ def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
         up_m = float(np.interp(moment_s, trace.time_s, trace.position_m[:, 2]))
         return LEFT + (RIGHT - LEFT) * share, GROUND - PX_PER_M * up_m
 
-    def along(moment_s: float) -> float:
-        return (RIGHT - LEFT) * moment_s / mission.limits.deadline_s
+    return at
 
-    stays = [phase for phase in replayed.phases if phase.kind != "flight"]
-    (rest,) = (phase for phase in stays if phase.kind == "rest")
-    hover_x, _ = at(next(phase.start_s for phase in stays if phase.kind == "hover"))
-    roof_x, roof_y = at(rest.start_s)
-    moments_s = [*_moments_s(replayed, flown_s)]
-    courses = {"drone": [(s, _moved(*at(s))) for s in moments_s]}
-    share, whole_As = mission.battery.available_fraction, mission.battery.packs
-    whole_As *= mission.battery.capacity_As
-    for name, charge_As, part in (
-        ("available", trace.available_As[:, 0], share),
-        ("bound", trace.bound_As[:, 0], 1.0 - share),
-    ):
-        levels = np.interp(moments_s, trace.time_s, charge_As) / (part * whole_As)
-        courses[name] = [
-            (s, f"scaleY({abs(round(level, 3)):.3f})")
-            for s, level in zip(moments_s, levels.tolist(), strict=True)
+
+def _levels(replayed: Replay, moments_s: Sequence[float]) -> dict[str, list[tuple[float, str]]]:
+    """How far each well is filled at moments [s]; past full, it stands out of its vessel."""
+    trace, battery = replayed.trace, replayed.mission.battery
+    share, whole_As = battery.available_fraction, battery.packs * battery.capacity_As
+    full_As = {"available": share * whole_As, "bound": (1.0 - share) * whole_As}
+    held_As = {"available": trace.available_As[:, 0], "bound": trace.bound_As[:, 0]}
+    levels = {
+        name: np.interp(moments_s, trace.time_s, held_As[name]) / size_As
+        for name, size_As in full_As.items()
+    }
+    return {
+        name: [
+            (s, f"scaleY({abs(round(level, 3)):.3f})")  # A zero has no sign
+            for s, level in zip(moments_s, values.tolist(), strict=True)
         ]
-    courses["now"] = [(s, _moved(LEFT + along(s))) for s in moments_s]
-    resting = [s for s in moments_s if rest.start_s < s < rest.end_s]
-    still_s = flown_s if dry_s is not None else resting[len(resting) // 2]
-    still = {name: dict(moves)[still_s] for name, moves in courses.items()}
-    scene = [
-        f'<rect class="building" x="{roof_x - 13:.1f}" y="{roof_y + STANDS:.1f}" width="26" '
-        f'height="{GROUND - roof_y - STANDS:.1f}"/>',
-        signs.text(roof_x, GROUND + 16, "roof", "middle"),
-        *(signs.line(f"beam {phase.kind}", (LASER, GROUND - 19), at(phase.start_s))
-          for phase in stays),
+        for name, values in levels.items()
+    }
+
+
+def _scene(
+    roof: tuple[float, float], hover: tuple[float, float], way: Iterable[tuple[float, float]]
+) -> list[str]:
+    """The roof, the laser with its beams, the device and the way, by their places [px]."""
+    top, below = roof[1] + STANDS, GROUND + 16
+    return [
+        f'<rect class="building" x="{roof[0] - 13:.1f}" y="{top:.1f}" width="26" '
+        f'height="{GROUND - top:.1f}"/>',
+        signs.text(roof[0], below, "roof", "middle"),
+        signs.line("beam rest", (LASER, GROUND - 19), roof),
+        signs.line("beam hover", (LASER, GROUND - 19), hover),
         signs.laser(LASER, GROUND - 10),
-        signs.text(LASER, GROUND + 16, "laser", "middle"),
-        signs.device(hover_x, GROUND - 9),
-        signs.text(hover_x, GROUND + 16, "device", "middle"),
-        signs.line("way", *dict.fromkeys(at(s) for s in _corners_s(replayed, flown_s))),
-        signs.text(max(roof_x, 46.0), roof_y - 20, "charging", "middle word rest"),
-    ]  # fmt: skip
-    end_x = LEFT + along(flown_s)
-    bars = [_bar(phase.kind, LEFT + along(phase.start_s), LEFT + along(min(phase.end_s, flown_s)))
-            for phase in replayed.phases if phase.start_s < flown_s]  # fmt: skip
-    lit = {f"{phase.kind}": (phase.start_s, min(phase.end_s, flown_s)) for phase in stays}
-    if dry_s is not None:
-        x, y = at(dry_s)
-        down = GROUND - STANDS - y
-        for share in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist():
-            turned = f" rotate({TURN_DEG * share:.0f}deg)"
-            moved = _moved(x + ASIDE * share, y + down * share**2) + turned
-            courses["drone"].append((dry_s + FALL_S * share, f"{moved}; color: var(--dry)"))
-        still["drone"] = courses["drone"][-1][1]
-        fallen = f"M{x:.1f} {y:.1f}Q{x + ASIDE / 2:.1f} {y:.1f} {x + ASIDE:.1f} {GROUND - STANDS}"
-        scene.append(f'<path class="fall late" d="{fallen}"/>')
-        scene.append(signs.text(x + ASIDE + 26, GROUND - 24, "falls", "word late"))
-        bars.append(
-            f'<rect x="{end_x:.1f}" y="{BAR_TOP}" width="4" height="{BAR_HEIGHT}" '
-            'style="fill: var(--dry)"/>'
+        signs.text(LASER, below, "laser", "middle"),
+        signs.device(hover[0], GROUND - 9),
+        signs.text(hover[0], below, "device", "middle"),
+        signs.line("way", *way),
+        signs.text(max(roof[0], 46.0), roof[1] - 20, "charging", "middle word rest"),
+    ]
+
+
+def _fall(x: float, y: float) -> tuple[list[tuple[float, str]], list[str]]:
+    """A parabola from a place [px] to the ground: the drone on it by its share, and its marks."""
+    down = GROUND - STANDS - y
+    steps = [
+        (
+            part,
+            f"{_moved(x + ASIDE * part, y + down * part**2)} rotate({TURN_DEG * part:.0f}deg); "
+            "color: var(--dry)",
         )
-    scene.append(f'<g class="drone">{signs.DRONE}</g>')
-    drawn = PICTURE.format(
-        left=LEFT,
-        right=RIGHT,
-        ground=GROUND,
-        scene="\n".join(scene),
-        wells_left=WELLS_LEFT,
-        wells_words=WELLS_TOP - 6,
-        wells=_wells(mission.battery.available_fraction, dry_s is not None),
-        bars="\n".join(bars),
-        now_top=BAR_TOP - 8,
-        bar_words=BAR_TOP + BAR_HEIGHT + 18,
-        end_x=end_x,
-        end_s=flown_s,
-    )
-    return drawn, _style(film.name, courses, still, lit, dry_s, whole_s)
+        for part in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist()
+    ]
+    bend = f"M{x:.1f} {y:.1f}Q{x + ASIDE / 2:.1f} {y:.1f} {x + ASIDE:.1f} {GROUND - STANDS}"
+    words = signs.text(x + ASIDE + 26, GROUND - 24, "falls", "word late")
+    return steps, [f'<path class="fall late" d="{bend}"/>', words]
 
 
 def _moments_s(replayed: Replay, flown_s: float) -> Iterator[float]:
