@@ -147,7 +147,7 @@ html_theme_options = {
         "text": "optuav",
         "image_light": "_static/logo.svg",
         "image_dark": "_static/logo-dark.svg",
-        "alt_text": "",
+        "alt_text": "Logo of optuav",
     },
     "navbar_end": ["theme-switcher"],
     "header_links_before_dropdown": 7,

@@ -1,4 +1,4 @@
-"""Make the moving pictures of the home page: ``python docs/make_films.py FILE``.
+"""Make the moving pictures of the home page; ``python docs/make_films.py`` writes the README's.
 
 Two plans of the mission ``paper`` are simulated and drawn side by side as SVGs that CSS moves: the
 paper's optimum, which falls, and the plan that flies. Both play at one pace to their end. Readers
@@ -7,8 +7,7 @@ who ask for less motion see the fall and the rest.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -32,7 +31,7 @@ LASER = 110.0
 """Where the laser stands across the scene, which has one direction less than the world [px]."""
 STANDS = 5.0
 """Height of a drone's middle above a roof that it rests on, and of a wreck on the ground [px]."""
-ASIDE, TURN_DEG = 36.0, 24.0
+ASIDE, TURN_DEG = 46.0, 24.0
 """How far a falling drone drifts [px], and how it lies."""
 WELLS_LEFT, WELLS_TOP, WELLS_WIDTH, WELLS_HEIGHT, APART = 298.0, 18.0, 40.0, 66.0, 5.0
 """Place of the battery, common width of its wells, their height and the gap [px]."""
@@ -65,6 +64,11 @@ FILM = """\
 <h2>{heading} <span>{verdict}</span></h2>
 <p>{words}</p>
 <svg viewBox="0 0 360 296" role="img" aria-label="{told}">
+{picture}
+</svg>
+</div>
+"""
+PICTURE = """\
 <path class="ground" d="M{left} {ground}H{right}"/>
 {scene}
 <text x="{wells_left}" y="{wells_words}">battery</text>
@@ -72,9 +76,31 @@ FILM = """\
 {bars}
 <path class="now" d="M-5 {now_top}h10l-5 7z"/>
 <text x="{left}" y="{bar_words}">0 s</text>
-<text x="{end_x:.1f}" y="{bar_words}" class="end verdict">{end_s:.0f} s</text>
-</svg>
-</div>
+<text x="{end_x:.1f}" y="{bar_words}" class="end verdict">{end_s:.0f} s</text>"""
+FILE = Path(__file__).parent / "_static" / "films.svg"
+STANDALONE = """\
+<svg xmlns="http://www.w3.org/2000/svg" class="films" viewBox="0 0 738 374" role="img">
+<title>{title}</title>
+<style>
+.films {{color-scheme: light dark; font-family: system-ui, "DejaVu Sans", sans-serif}}
+.frame {{fill: var(--panel); stroke: var(--line)}}
+.film .heading {{fill: var(--ink); font-size: 15px; font-weight: 600}}
+.film .big {{font-size: 17px; font-weight: 600}}
+.film .words {{font-size: 14px}}
+{style}
+</style>
+{films}</svg>
+"""
+FRAME = """\
+<g class="film {name}" transform="translate({x} 1)">
+<rect class="frame" width="360" height="372" rx="12"/>
+<text x="16" y="28" class="heading">{heading}</text>
+<text x="16" y="51" class="verdict big">{verdict}</text>
+<text x="16" y="72" class="words">{words}</text>
+<g transform="translate(0 76)">
+{picture}
+</g>
+</g>
 """
 STYLE = """
 .films {{margin: 0; padding: 0}}
@@ -161,13 +187,33 @@ def films() -> tuple[Film, Film]:
 def page(*names: str) -> str:
     """The films of these names as a figure of HTML, all of them by default."""
     shown = [film for film in films() if film.name in names or not names]
+    drawn, style = _together(shown)
+    more = " one" if len(shown) == 1 else ""
+    parts = [
+        FILM.format(**film._asdict(), picture=picture)
+        for film, picture in zip(shown, drawn, strict=True)
+    ]
+    return FIGURE.format(more=more, style=style, films="".join(parts))
+
+
+def standalone() -> str:
+    """Both films as one SVG, which is a file of its own."""
+    shown = films()
+    drawn, style = _together(shown)
+    parts = [
+        FRAME.format(**film._asdict(), picture=picture, x=1 + 376 * number)
+        for number, (film, picture) in enumerate(zip(shown, drawn, strict=True))
+    ]
+    title = " ".join(f"{film.heading}: {film.told}" for film in shown)
+    return STANDALONE.format(title=title, style=style, films="".join(parts))
+
+
+def _together(shown: Sequence[Film]) -> tuple[list[str], str]:
+    """Pictures of films that end together, and their style."""
     whole_s = max(_end_s(film) for film in shown)
     drawn, styles = zip(*(_drawn(film, whole_s) for film in shown), strict=True)
-    style = variables(".films") + STYLE.format(
-        signs="".join(f".film {rule}\n" for rule in signs.STYLE.strip().splitlines())
-    )
-    more = " one" if len(shown) == 1 else ""
-    return FIGURE.format(more=more, style=style + "".join(styles), films="".join(drawn))
+    looks = "".join(f".film {rule}\n" for rule in signs.STYLE.strip().splitlines())
+    return [*drawn], variables(".films") + STYLE.format(signs=looks) + "".join(styles)
 
 
 def _end_s(film: Film) -> float:
@@ -177,10 +223,62 @@ def _end_s(film: Film) -> float:
 
 
 def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
-    """A film that plays for so long [s of the mission], and its style."""
+    """The picture of a film that plays for so long [s of the mission], and its style."""
     replayed, mission = film.replayed, film.replayed.mission
-    trace, dry_s = replayed.trace, replayed.first_s("empty")
-    flown_s = float(trace.time_s[-1]) if dry_s is None else dry_s
+    dry_s, end_s = replayed.first_s("empty"), float(replayed.trace.time_s[-1])
+    flown_s = end_s if dry_s is None else dry_s
+    at, share = _place(replayed), mission.battery.available_fraction
+
+    def along(moment_s: float) -> float:
+        return LEFT + (RIGHT - LEFT) * moment_s / mission.limits.deadline_s
+
+    moments_s = [*_moments_s(replayed, flown_s)]
+    courses = {
+        "drone": [(s, _moved(*at(s))) for s in moments_s],
+        **_levels(replayed, moments_s),
+        "now": [(s, _moved(along(s))) for s in moments_s],
+    }
+    stays = {phase.kind: phase for phase in replayed.phases if phase.kind != "flight"}
+    lit_s = {kind: (stay.start_s, min(stay.end_s, flown_s)) for kind, stay in stays.items()}
+    resting_s = [s for s in moments_s if lit_s["rest"][0] < s < lit_s["rest"][1]]
+    still_s = resting_s[len(resting_s) // 2] if dry_s is None else flown_s
+    still = {name: dict(moves)[still_s] for name, moves in courses.items()}
+    way = dict.fromkeys(at(s) for s in _corners_s(replayed, flown_s))
+    scene = _scene(at(lit_s["rest"][0]), at(lit_s["hover"][0]), way)
+    bars = [
+        _bar(phase.kind, along(phase.start_s), along(min(phase.end_s, flown_s)))
+        for phase in replayed.phases
+        if phase.start_s < flown_s
+    ]
+    if dry_s is not None:
+        steps, marks = _fall(*at(dry_s))
+        courses["drone"] += [(dry_s + FALL_S * part, where) for part, where in steps]
+        still["drone"] = courses["drone"][-1][1]
+        scene += marks
+        bars.append(
+            f'<rect x="{along(dry_s):.1f}" y="{BAR_TOP}" width="4" height="{BAR_HEIGHT}" '
+            'style="fill: var(--dry)"/>'
+        )
+    drawn = PICTURE.format(
+        left=LEFT,
+        right=RIGHT,
+        ground=GROUND,
+        scene="\n".join([*scene, f'<g class="drone">{signs.DRONE}</g>']),
+        wells_left=WELLS_LEFT,
+        wells_words=WELLS_TOP - 6,
+        wells=_wells(share, dry_s is not None),
+        bars="\n".join(bars),
+        now_top=BAR_TOP - 8,
+        bar_words=BAR_TOP + BAR_HEIGHT + 18,
+        end_x=along(flown_s),
+        end_s=flown_s,
+    )
+    return drawn, _style(film.name, courses, still, lit_s, dry_s, whole_s)
+
+
+def _place(replayed: Replay) -> Callable[[float], tuple[float, float]]:
+    """Where the drone is in the picture [px], by the moment [s]: along its way, and up."""
+    trace = replayed.trace
     passed_m = np.append(0.0, np.hypot(*np.diff(trace.position_m.T[:2])).cumsum())
 
     def at(moment_s: float) -> tuple[float, float]:
@@ -188,79 +286,62 @@ def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
         up_m = float(np.interp(moment_s, trace.time_s, trace.position_m[:, 2]))
         return LEFT + (RIGHT - LEFT) * share, GROUND - PX_PER_M * up_m
 
-    def along(moment_s: float) -> float:
-        return (RIGHT - LEFT) * moment_s / mission.limits.deadline_s
+    return at
 
-    stays = [phase for phase in replayed.phases if phase.kind != "flight"]
-    (rest,) = (phase for phase in stays if phase.kind == "rest")
-    hover_x, _ = at(next(phase.start_s for phase in stays if phase.kind == "hover"))
-    roof_x, roof_y = at(rest.start_s)
-    moments_s = [*_moments_s(replayed, flown_s)]
-    courses = {"drone": [(s, _moved(*at(s))) for s in moments_s]}
-    share, whole_As = mission.battery.available_fraction, mission.battery.packs
-    whole_As *= mission.battery.capacity_As
-    for name, charge_As, part in (
-        ("available", trace.available_As[:, 0], share),
-        ("bound", trace.bound_As[:, 0], 1.0 - share),
-    ):
-        levels = np.interp(moments_s, trace.time_s, charge_As) / (part * whole_As)
-        courses[name] = [
-            (s, f"scaleY({abs(round(level, 3)):.3f})")
-            for s, level in zip(moments_s, levels.tolist(), strict=True)
+
+def _levels(replayed: Replay, moments_s: Sequence[float]) -> dict[str, list[tuple[float, str]]]:
+    """How far each well is filled at moments [s]; past full, it stands out of its vessel."""
+    trace, battery = replayed.trace, replayed.mission.battery
+    share, whole_As = battery.available_fraction, battery.packs * battery.capacity_As
+    full_As = {"available": share * whole_As, "bound": (1.0 - share) * whole_As}
+    held_As = {"available": trace.available_As[:, 0], "bound": trace.bound_As[:, 0]}
+    levels = {
+        name: np.interp(moments_s, trace.time_s, held_As[name]) / size_As
+        for name, size_As in full_As.items()
+    }
+    return {
+        name: [
+            (s, f"scaleY({abs(round(level, 3)):.3f})")  # A zero has no sign
+            for s, level in zip(moments_s, values.tolist(), strict=True)
         ]
-    courses["now"] = [(s, _moved(LEFT + along(s))) for s in moments_s]
-    resting = [s for s in moments_s if rest.start_s < s < rest.end_s]
-    still_s = flown_s if dry_s is not None else resting[len(resting) // 2]
-    still = {name: dict(moves)[still_s] for name, moves in courses.items()}
-    scene = [
-        f'<rect class="building" x="{roof_x - 13:.1f}" y="{roof_y + STANDS:.1f}" width="26" '
-        f'height="{GROUND - roof_y - STANDS:.1f}"/>',
-        signs.text(roof_x, GROUND + 16, "roof", "middle"),
-        *(signs.line(f"beam {phase.kind}", (LASER, GROUND - 19), at(phase.start_s))
-          for phase in stays),
+        for name, values in levels.items()
+    }
+
+
+def _scene(
+    roof: tuple[float, float], hover: tuple[float, float], way: Iterable[tuple[float, float]]
+) -> list[str]:
+    """The roof, the laser with its beams, the device and the way, by their places [px]."""
+    top, below = roof[1] + STANDS, GROUND + 16
+    return [
+        f'<rect class="building" x="{roof[0] - 13:.1f}" y="{top:.1f}" width="26" '
+        f'height="{GROUND - top:.1f}"/>',
+        signs.text(roof[0], below, "roof", "middle"),
+        signs.line("beam rest", (LASER, GROUND - 19), roof),
+        signs.line("beam hover", (LASER, GROUND - 19), hover),
         signs.laser(LASER, GROUND - 10),
-        signs.text(LASER, GROUND + 16, "laser", "middle"),
-        signs.device(hover_x, GROUND - 9),
-        signs.text(hover_x, GROUND + 16, "device", "middle"),
-        signs.line("way", *dict.fromkeys(at(s) for s in _corners_s(replayed, flown_s))),
-        signs.text(max(roof_x, 46.0), roof_y - 20, "charging", "middle word rest"),
-    ]  # fmt: skip
-    end_x = LEFT + along(flown_s)
-    bars = [_bar(phase.kind, LEFT + along(phase.start_s), LEFT + along(min(phase.end_s, flown_s)))
-            for phase in replayed.phases if phase.start_s < flown_s]  # fmt: skip
-    lit = {f"{phase.kind}": (phase.start_s, min(phase.end_s, flown_s)) for phase in stays}
-    if dry_s is not None:
-        x, y = at(dry_s)
-        down = GROUND - STANDS - y
-        for share in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist():
-            turned = f" rotate({TURN_DEG * share:.0f}deg)"
-            moved = _moved(x + ASIDE * share, y + down * share**2) + turned
-            courses["drone"].append((dry_s + FALL_S * share, f"{moved}; color: var(--dry)"))
-        still["drone"] = courses["drone"][-1][1]
-        fallen = f"M{x:.1f} {y:.1f}Q{x + ASIDE / 2:.1f} {y:.1f} {x + ASIDE:.1f} {GROUND - STANDS}"
-        scene.append(f'<path class="fall late" d="{fallen}"/>')
-        scene.append(signs.text(x + ASIDE + 26, GROUND - 24, "falls", "word late"))
-        bars.append(
-            f'<rect x="{end_x:.1f}" y="{BAR_TOP}" width="4" height="{BAR_HEIGHT}" '
-            'style="fill: var(--dry)"/>'
+        signs.text(LASER, below, "laser", "middle"),
+        signs.device(hover[0], GROUND - 9),
+        signs.text(hover[0], below, "device", "middle"),
+        signs.line("way", *way),
+        signs.text(max(roof[0], 46.0), roof[1] - 20, "charging", "middle word rest"),
+    ]
+
+
+def _fall(x: float, y: float) -> tuple[list[tuple[float, str]], list[str]]:
+    """A parabola from a place [px] to the ground: the drone on it by its share, and its marks."""
+    down = GROUND - STANDS - y
+    steps = [
+        (
+            part,
+            f"{_moved(x + ASIDE * part, y + down * part**2)} rotate({TURN_DEG * part:.0f}deg); "
+            "color: var(--dry)",
         )
-    scene.append(f'<g class="drone">{signs.DRONE}</g>')
-    drawn = FILM.format(
-        **film._asdict(),
-        left=LEFT,
-        right=RIGHT,
-        ground=GROUND,
-        scene="\n".join(scene),
-        wells_left=WELLS_LEFT,
-        wells_words=WELLS_TOP - 6,
-        wells=_wells(mission.battery.available_fraction, dry_s is not None),
-        bars="\n".join(bars),
-        now_top=BAR_TOP - 8,
-        bar_words=BAR_TOP + BAR_HEIGHT + 18,
-        end_x=end_x,
-        end_s=flown_s,
-    )
-    return drawn, _style(film.name, courses, still, lit, dry_s, whole_s)
+        for part in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist()
+    ]
+    bend = f"M{x:.1f} {y:.1f}Q{x + ASIDE / 2:.1f} {y:.1f} {x + ASIDE:.1f} {GROUND - STANDS}"
+    words = signs.text(x + ASIDE + 26, GROUND - 24, "falls", "word late")
+    return steps, [f'<path class="fall late" d="{bend}"/>', words]
 
 
 def _moments_s(replayed: Replay, flown_s: float) -> Iterator[float]:
@@ -342,10 +423,10 @@ def _style(
     moved = [f".{part} {{animation: {name}-{part} {whole_s / PACE:g}s linear both}}"
              for part in frames]  # fmt: skip
     keys = "\n".join(f"@keyframes {name}-{part} {{{steps}}}" for part, steps in frames.items())
-    still_css = "\n".join(f".{name} svg {rule}" for rule in rules)
-    moving = "\n".join(f".{name} svg {rule}" for rule in moved)
+    still_css = "\n".join(f".{name} {rule}" for rule in rules)
+    moving = "\n".join(f".{name} {rule}" for rule in moved)
     return f"{still_css}\n@media (prefers-reduced-motion: no-preference) {{\n{moving}\n}}\n{keys}\n"
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), "utf-8")
+    FILE.write_text(standalone(), "utf-8")

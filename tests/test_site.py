@@ -154,6 +154,98 @@ def test_the_first_screen_says_why_and_how(opened: Any, width: int, height: int)
         assert page.locator(each).first.bounding_box()["y"] < height - 60, each
 
 
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (1920, 1080)])
+def test_the_first_screen_ends_below_the_cards(opened: Any, width: int, height: int) -> None:
+    """All three cards and both films are whole on it."""
+    page = opened.page("index.html", width, height=height)
+    boxes = [each.bounding_box() for each in page.locator(".card, .film").all()]
+    assert len(boxes) == 5
+    assert max(box["y"] + box["height"] for box in boxes) <= height
+    assert max(box["x"] + box["width"] for box in boxes) <= width
+
+
+ANIMATIONS = "document.querySelector('.films').getAnimations({subtree: true})"
+COVERED = """film => {
+  const at = node => node.getBoundingClientRect();
+  const apart = (a, b) =>
+    a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+  const seen = [...film.querySelectorAll("text")]
+    .filter(text => getComputedStyle(text).visibility === "visible");
+  const over = [...film.querySelectorAll(".drone, .vessel, .laser, .device, .now")];
+  return seen.flatMap(text => [...over, ...seen.filter(other => other !== text)]
+    .filter(mark => !apart(at(text), at(mark)))
+    .map(mark => `${text.textContent}: ${mark.getAttribute("class")} ${mark.textContent}`));
+}"""
+
+
+@pytest.mark.parametrize("width", [1400, 400])
+def test_nothing_covers_a_word_of_the_films(browser: Any, width: int) -> None:
+    """Neither the drone nor a sign, nor another word, at any of 120 moments."""
+    page = browser.new_context(viewport={"width": width, "height": 900}).new_page()
+    page.goto(f"{SITE.as_uri()}/index.html")
+    films = page.locator(".film")
+    assert films.count() == 2
+    (lasts_ms,) = page.evaluate(
+        f"[...new Set({ANIMATIONS}.map(each => each.effect.getTiming().duration))]"
+    )
+    for number in range(121):
+        page.evaluate(
+            f"ms => {{ for (const each of {ANIMATIONS})"
+            " { each.pause(); each.currentTime = ms; } }",
+            lasts_ms * number / 120,
+        )
+        for film in films.all():
+            assert film.evaluate(COVERED) == [], number
+
+
+def test_the_films_play_once_and_again(browser: Any) -> None:
+    """The button stops them, starts them again, and says which."""
+    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+    page.goto(f"{SITE.as_uri()}/index.html")
+    button = page.locator(".films button")
+    states = f"[...new Set({ANIMATIONS}.map(each => each.playState))]"
+    assert page.evaluate(states) == ["running"]
+    button.click()
+    assert button.inner_text() == "Play again"
+    assert page.evaluate(states) == ["paused"]
+    button.click()
+    assert button.inner_text() == "Pause"
+    page.evaluate(f"{ANIMATIONS}.forEach(each => each.finish())")
+    page.wait_for_function("document.querySelector('.films button').innerText === 'Play again'")
+
+
+def test_every_page_tells_what_it_is(pages: Any) -> None:
+    """Its icon, its description, and its picture for a link, which is 1200 by 630 pixels."""
+    made = {"search.html", "genindex.html", "py-modindex.html"}
+    articles = {page for page in pages if 'class="bd-article"' in (SITE / page).read_text("utf-8")}
+    assert len(articles - made) > 100
+    pictures = set[Path]()
+    for page in articles - made:
+        about = {
+            each.get("name") or each.get("property"): each.get("content")
+            for tag, each in pages[page]
+            if tag == "meta"
+        }
+        assert about["og:title"], page
+        pictures.add((SITE / Path(page).parent / str(about["og:image"])).resolve())
+        (icon,) = [each["href"] for tag, each in pages[page] if each.get("rel") == "icon"]
+        assert (SITE / Path(page).parent / icon).exists(), page
+    (picture,) = pictures
+    with Image.open(picture) as preview:
+        assert preview.size == (1200, 630)
+    home = (SITE / "index.html").read_text("utf-8")
+    assert '<meta name="description" content="A drone hovers where it is needed.' in home
+
+
+def test_each_lesson_in_the_list_has_its_picture(pages: Any) -> None:
+    """And so has all but a few of the other lists."""
+    for page, share in (("lessons.html", 1.0), ("how-to.html", 0.9), ("understand.html", 0.7)):
+        text = (SITE / page).read_text("utf-8").partition('class="bd-article"')[2]
+        items = len(re.findall(r"<tr[^>]*><td><a class=\"thumbnail|<li><a class=\"thumbnail", text))
+        whole = 36 if page == "lessons.html" else text.partition("<footer")[0].count("<li><")
+        assert items >= share * whole > 0, page
+
+
 def test_a_wide_table_shows_that_it_scrolls(opened: Any) -> None:
     """Shadows stay at the edges, and covers move with the table."""
     page = opened.page("teaching.html", 400)
