@@ -125,7 +125,7 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
 
 
 def _flight(program: Program, none: Plan) -> Plan | None:
-    """The shortest flight without a stay, which shows why there is no plan; None without a route."""
+    """The shortest flight without a stay, to show why there is no plan; None without a route."""
     if not program.parts:
         return None
     part, entry = route_model_of(program, none)

@@ -114,7 +114,8 @@ NAMES = """(select) => {
   ruler.font = getComputedStyle(select).font;
   const widths = [...select.options].map(({text}) => ruler.measureText(text).width);
   const {paddingLeft, paddingRight} = getComputedStyle(select);
-  return [select.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight), Math.max(...widths)];
+  const room = select.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight);
+  return [room, Math.max(...widths)];
 }"""
 ON_ROUTE = """() => {
   const route = document.querySelector("figure.map [aria-label=line][stroke='var(--flight)'] path");
@@ -413,7 +414,8 @@ def test_no_control_moves_under_the_pointer(open_page: Open, name: str) -> None:
         share = float(sliders.nth(number).evaluate("(e) => (e.value - e.min) / (e.max - e.min)"))
         page.mouse.move(box["left"] + 8 + share * (box["right"] - box["left"] - 16), y)
         page.mouse.down()
-        page.mouse.move(box["left"] + (0.98 if share < 0.2 else 0.04) * (box["right"] - box["left"]), y)
+        end = 0.98 if share < 0.2 else 0.04
+        page.mouse.move(box["left"] + end * (box["right"] - box["left"]), y)
         rests(page)
         told.update(page.locator(".slider .note:visible").all_text_contents())
         after = page.evaluate(PLACES)
@@ -429,7 +431,7 @@ def test_no_control_moves_under_the_pointer(open_page: Open, name: str) -> None:
 
 
 def test_the_first_control_changes_something(open_page: Open) -> None:
-    """In all states to start from; those that change nothing stand last, and stay there on a drag."""
+    """In all states to start from; those that change nothing stand last, and stay on a drag."""
     page = opened(open_page, "desktop", {})
     keys = "(all) => all.map((each) => each.querySelector('[type=range]').dataset.key)"
     sliders = page.locator(".controls .slider")
@@ -490,7 +492,8 @@ def test_a_picture_that_is_cut_says_so(open_page: Open) -> None:
     hover_s = optuav.solve(
         optuav.load("paper").replace({"battery.capacity_As": 72e3, "limits.deadline_s": 2400.0})
     ).hover_time_s
-    for figure, words in (("wells", "up to 40 Ah"), ("wells", "until "), ("plane", f"{hover_s:.2f}")):
+    told = ("wells", "up to 40 Ah"), ("wells", "until "), ("plane", f"{hover_s:.2f}")
+    for figure, words in told:
         assert page.locator(f"figure.{figure} .beyond").count()
         playwright.expect(page.locator(f"figure.{figure} svg").first).to_contain_text(words)
     assert page.locator("figure.plane .optimum").count() == 0
@@ -519,7 +522,9 @@ def test_the_day_is_read_on_a_phone(open_page: Open) -> None:
     page.get_by_role("tab", name="Day").click()
     rests(page)
     assert page.evaluate(CROWDED) == []
-    playwright.expect(page.locator("figure.plane")).to_contain_text("One drone on b10 covers 9.45 %")
+    playwright.expect(page.locator("figure.plane")).to_contain_text(
+        "One drone on b10 covers 9.45 %"
+    )
     ticks = page.locator("figure.plane [aria-label='x-axis tick label'] text").all_text_contents()
     assert {"0", "50", "100"} <= {*ticks}
 
