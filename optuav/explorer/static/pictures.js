@@ -6,6 +6,7 @@ const NARROW_PX = 440;
 const COVERS = "on station";
 const DRAWN = {beam: drawBeam, speed: drawSpeed, day: drawDay};
 const FLIGHT = {fill: "flight"};
+const INK = {fill: "ink"};
 const PALE = {fill: colour("muted"), fillOpacity: 0.16};
 const NAMES = {...NUMBERS, tickFormat: String, fill: colour("ink")};
 
@@ -115,6 +116,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
   const numbered = (name) => (more && name === names[0] ? `1 of ${drones}` : name);
   const bar = {x1: "start_h", x2: "end_h", insetLeft: 0.5};
   const covers = {y: () => COVERS, filter: ({kind}) => kind === "hover", fillOpacity: 0.75};
+  const covered_h = stays.find(({kind}) => kind === "hover").start_h;
   const others = {...bar, y: () => COVERS, fill: colour("hover"), fillOpacity: 0.4}; // Not drawn above
   const every = Math.ceil((1.1 * size * (rows + 1)) / (height - 2.3 * size)); // Names that keep apart
   const named = names.filter((_, k) => k % every === 0 && k <= rows - every);
@@ -129,7 +131,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
     marks: [
       Plot.axisX(hours.filter((hour) => hour < 0.97 * end), {...NUMBERS, tickFormat: unit}),
       Plot.axisY([...named, COVERS], {...NAMES, tickFormat: numbered}),
-      more && Plot.barX([{start_h: stays.find(({kind}) => kind === "hover").start_h, end_h: end}], others),
+      more && Plot.barX([{start_h: covered_h, end_h: end}], others),
       Plot.barX(stays, {...bar, y: "drone", fill: ({kind}) => colour(kind === "wait" ? "line" : kind)}),
       Plot.barX(stays, {...bar, ...covers, fill: colour("hover")}),
     ],
@@ -164,7 +166,7 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
   const points = pads.map((pad) => [x(pad.power_W), y(pad.drones)]);
   picture.avoid(dots(points.filter((at) => picture.has(at))));
   const most = d3.greatest(pads, (pad) => pad.drones);
-  if (most?.drones > most_y) picture.beyond([x(most.power_W), y(most.drones)], `${most.drones}`, {fill: "ink"});
+  if (most?.drones > most_y) picture.beyond([x(most.power_W), y(most.drones)], `${most.drones}`, INK);
   const spots = d3.range(0.05, 0.9, 0.1).flatMap((share) => [-6, 1.1 * size].map((below) =>
     ({x: x(share * most_x), y: y(drones) + below, anchor: "start", cost: below > 0 ? 1 : 0})));
   if (drones <= most_y) picture.put([`laser: ${drones}`], spots, {...STRONG, fill: "laser"});
