@@ -25,23 +25,8 @@ MISSION = "paper"
 PERSPECTIVES = ("available", "battery")
 OPENS = "A plan that falls"  # Preset
 STOPS: dict[str, tuple[int, ...]] = {
-    "limits.deadline_s": (
-        200,
-        400,
-        500,
-        600,
-        650,
-        654,
-        700,
-        800,
-        900,
-        1000,
-        1200,
-        1400,
-        1700,
-        2000,
-    ),
-    "battery.capacity_As": (25_200, 30_600, 36_000, 43_200, 50_400),
+    "limits.deadline_s": (200, 400, 600, 650, 654, 700, 800, 900, 1000, 1200, 1400, 1700, 2000),
+    "battery.capacity_As": (21_600, 28_800, 36_000, 43_200, 50_400),
 }
 """Where the sliders stand, in order; the mission's own values are among them. Judged by charge, the
 plan flies up to 653 s and falls from 654 s on."""

@@ -246,6 +246,27 @@ def test_each_lesson_in_the_list_has_its_picture(pages: Any) -> None:
         assert items >= share * whole > 0, page
 
 
+def test_the_explorer_to_try_is_on_one_screen(opened: Any) -> None:
+    """Controls, map, plane and charge, without side bars; on a phone the picture has 300 px."""
+    page = opened.page("try.html")
+    stored = page.frame_locator("#stored")
+    stored.locator(".draw > svg[role=img]").first.wait_for()
+    assert not page.locator(".bd-sidebar-secondary, .bd-sidebar-primary").first.is_visible()
+    frame = page.locator("#stored").bounding_box()
+    assert frame["x"] <= 20
+    assert frame["width"] >= 1360
+    assert frame["y"] + frame["height"] <= 900
+    for name in (".controls", "figure.map", "figure.plane", "figure.wells", ".foot"):
+        box = stored.locator(name).first.bounding_box()
+        assert 0 <= box["y"] < box["y"] + box["height"] <= 900, name
+    assert stored.locator(".controls .slider label").first.inner_text() == "Deadline"
+    phone = opened.page("try.html", 400, height=800)
+    stored = phone.frame_locator("#stored")
+    stored.locator(".draw > svg[role=img]").first.wait_for()
+    assert stored.locator("figure.map").bounding_box()["height"] >= 300
+    assert phone.evaluate("document.documentElement.scrollWidth") <= 400
+
+
 def test_a_wide_table_shows_that_it_scrolls(opened: Any) -> None:
     """Shadows stay at the edges, and covers move with the table."""
     page = opened.page("teaching.html", 400)

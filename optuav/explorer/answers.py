@@ -36,6 +36,7 @@ from optuav.network.map_extent import Scene, scene
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.plan import Plan
 from optuav.plan.display import (
+    Levels,
     LowLanding,
     low_landings,
     reserve_from_s,
@@ -124,7 +125,7 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
 
 
 def _flight(program: Program, none: Plan) -> Plan | None:
-    """The shortest flight without a stay, which shows why there is no plan; None without a route."""
+    """The shortest flight without a stay, to show why there is no plan; None without a route."""
     if not program.parts:
         return None
     part, entry = route_model_of(program, none)
@@ -204,16 +205,22 @@ def _points_m(shown: Scene, plan: Plan) -> Floats:
 def _wells(plan: Plan, *, alone: bool) -> Data:
     """Charge in both wells over time, the phases, and the levels that matter [s], [Ah].
 
-    A flight that is drawn alone, as there is no plan, also says where it leaves too little.
+    A flight that is drawn alone, as there is no plan, ends where it falls.
     """
-    time_s, available_As, bound_As = thinned(wells_over_plan(plan))
+    course, dry_s = thinned(wells_over_plan(plan)), plan.runs_dry_s
+    if alone and dry_s is not None:  # Nothing flies on from there
+        before = course.time_s < dry_s
+        ends = (np.interp(dry_s, course.time_s, values) for values in course)
+        course = Levels(*(np.append(v[before], end) for v, end in zip(course, ends, strict=True)))
+    time_s, available_As, bound_As = course
     total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
     mission, full_As = plan.mission, float(plan.mission.pool.capacity_As)
-    end_s, end_As = float(time_s[-1]), float(total_As[-1])
+    end_s, end_As = plan.mission_time_s, float(total_As[-1])
     least_As, said = mission.limits.min_soc * full_As, verdict(plan)
     low = low_landings(plan)
     if alone:
-        low = [LowLanding(end_s, end_As, "less than must remain")] if end_As < least_As else []
+        lacks = dry_s is None and end_As < least_As
+        low = [LowLanding(end_s, end_As, "less than must remain")] if lacks else []
     return {
         "alone": alone,
         "event": said.event,
@@ -248,7 +255,7 @@ def _wells(plan: Plan, *, alone: bool) -> Data:
             }
             for e in plan.phases
         ],
-        "dry_s": plan.runs_dry_s,
+        "dry_s": dry_s,
         "overfull_s": plan.overfull_s,
     }
 

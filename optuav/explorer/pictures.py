@@ -103,7 +103,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W, roof)]
     hovers, flies, rests = map(lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))
-    some = f"; the first {MOST_DRONES} are drawn" * (fleet.drones > MOST_DRONES)
+    some = "; the first ones are drawn" * (fleet.drones > MOST_DRONES)
     return {
         "title": f"One drone on {roof} covers {percent(cycle.share)} of the day",
         "notes": [

@@ -401,7 +401,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def test_what_the_page_to_try_promises_happens(browser: Any, stored: str) -> None:
-    """It opens where the plan falls, the deadline first; and the text has the numbers that are seen."""
+    """It opens where the plan falls, the deadline first; the text has the numbers that are seen."""
     text = (Path(__file__).parents[2] / "docs" / "try.md").read_text("utf-8")
     for number in ("719.54 s", "1095 s", "650 s", "654 s"):
         assert number in text

@@ -99,6 +99,24 @@ COVERED = """() => {
   }
   return found;
 }"""
+PLACES = """() => Object.fromEntries([...document.querySelectorAll(
+    ".optuav-explorer :is(input, select, button, .track)")]
+  .filter((each) => each.checkVisibility() && !each.closest(".handles"))
+  .map((each) => {
+    const {left, top, right, bottom} = each.getBoundingClientRect();
+    const name = each.ariaLabel ?? each.dataset.name ?? each.textContent.trim();
+    const key = each.closest(".slider")?.querySelector("[data-key]").dataset.key;
+    const group = key ?? each.closest(".plan")?.ariaLabel;
+    return [`${each.tagName} ${name} of ${group}`, [left, top, right, bottom].map(Math.round)];
+  }))"""
+NAMES = """(select) => {
+  const ruler = document.createElement("canvas").getContext("2d");
+  ruler.font = getComputedStyle(select).font;
+  const widths = [...select.options].map(({text}) => ruler.measureText(text).width);
+  const {paddingLeft, paddingRight} = getComputedStyle(select);
+  const room = select.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight);
+  return [room, Math.max(...widths)];
+}"""
 ON_ROUTE = """() => {
   const route = document.querySelector("figure.map [aria-label=line][stroke='var(--flight)'] path");
   const {e: x, f: y} = document.querySelector("figure.map .drone g").transform.baseVal[0].matrix;
@@ -309,8 +327,8 @@ def test_a_mission_whose_places_lie_at_the_edge(browser: Any) -> None:
             assert not [each for each in words if each.startswith("-")]  # A minus sign is no hyphen
             assert page.evaluate(APART) > 1, name
         presets = page.locator(".presets button").all_text_contents()
-        assert "4 Small battery" in presets
-        assert not any("Fall" in each for each in presets)
+        assert "4 Too small a battery" in presets
+        assert not any("falls" in each for each in presets)
         page.close()
         server.shutdown()
 
@@ -375,6 +393,140 @@ def test_no_axis_moves_on_a_drag(open_page: Open) -> None:
     page.get_by_role("button", name="Lock axes").click()
     rests(page)
     assert not same(domains(page), before)
+
+
+@pytest.mark.parametrize("name", ["desktop", "site", "phone", "lecture", "pinned"])
+def test_no_control_moves_under_the_pointer(open_page: Open, name: str) -> None:
+    """Whatever words come and go while a slider is dragged to its end; on a desktop, any slider."""
+    page = opened(open_page, name, {})
+    if name == "site":
+        page.get_by_role("button", name="Controls").click()
+        rests(page)
+    told = set[str]()
+    sliders = page.locator("input[type=range]:visible")
+    every = range(sliders.count())
+    for number in every if name == "desktop" else {every[0], every[-1]}:
+        sliders.nth(number).scroll_into_view_if_needed()
+        told.update(page.locator(".slider .note:visible").all_text_contents())
+        before = page.evaluate(PLACES)
+        box = sliders.nth(number).evaluate(BOX)
+        y = (box["top"] + box["bottom"]) / 2
+        share = float(sliders.nth(number).evaluate("(e) => (e.value - e.min) / (e.max - e.min)"))
+        page.mouse.move(box["left"] + 8 + share * (box["right"] - box["left"] - 16), y)
+        page.mouse.down()
+        end = 0.98 if share < 0.2 else 0.04
+        page.mouse.move(box["left"] + end * (box["right"] - box["left"]), y)
+        rests(page)
+        told.update(page.locator(".slider .note:visible").all_text_contents())
+        after = page.evaluate(PLACES)
+        assert {key: at for key, at in after.items() if at != before.get(key, at)} == {}, number
+        assert len({*before} - {*after}) <= 2  # What cannot be flown has no button to fly it
+        page.mouse.up()
+        page.locator("[data-name=reset]").evaluate("(reset) => reset.click()")
+        rests(page)
+        if name == "pinned":
+            page.keyboard.press("p")
+            rests(page)
+    assert len(told) > 1  # Words came and went
+
+
+def test_the_first_control_changes_something(open_page: Open) -> None:
+    """In all states to start from; those that change nothing stand last, and stay on a drag."""
+    page = opened(open_page, "desktop", {})
+    keys = "(all) => all.map((each) => each.querySelector('[type=range]').dataset.key)"
+    sliders = page.locator(".controls .slider")
+    for _ in range(page.locator("[aria-label='Start from'] option").count() - 1):
+        idle = sliders.evaluate_all("(all) => all.map((e) => e.classList.contains('idle'))")
+        assert not idle[0]
+        assert idle == sorted(idle)
+        page.get_by_role("button", name="next").click()
+        rests(page)
+    order = sliders.evaluate_all(keys)
+    for _ in range(4):
+        page.locator("[data-key='limits.deadline_s|null'][type=range]").press("PageDown")
+    rests(page)
+    deadline = page.locator(".slider", has_text="Deadline")
+    playwright.expect(deadline.locator(".note")).to_have_text("")  # It changes something now
+    assert sliders.evaluate_all(keys) == order
+    page.get_by_role("button", name="Reset").click()
+    rests(page)
+    page.keyboard.press("l")
+    rests(page)
+    assert page.locator(".chosen .slider").first.get_attribute("class") == "slider"
+
+
+def test_names_of_what_to_start_from_are_whole(open_page: Open) -> None:
+    page = opened(open_page, "desktop", {})
+    for name in ("desktop", "phone"):
+        resized(page, name)
+        if name == "phone":
+            page.get_by_role("tab", name="Start").click()
+        room, widest = page.locator("[aria-label='Start from']").evaluate(NAMES)
+        assert widest <= room - 20, name  # The arrow of the list
+
+
+def test_symbols_are_mathematics(open_page: Open) -> None:
+    """With indices below, in labels, pictures and tables; no underscore is left."""
+    page = opened(open_page, "desktop", {})
+    page.keyboard.press("s")
+    rests(page)
+    label = page.locator(".slider label", has_text="Deadline").locator(".sym")
+    assert label.inner_html() == "T<sub>max</sub>"
+    page.get_by_role("button", name="Details").click()
+    for words in page.locator(".sym, .tables summary, .tables sub").all_text_contents():
+        assert "_" not in words
+    limits = page.locator(".tables td", has_text="Δ + T' ≤")
+    assert limits.first.inner_html() == "Δ + T' ≤ T<sub>max</sub> − T<sub>fl</sub>"
+    curve = page.locator("figure.plane text", has_text="deadline").locator(".sym tspan")
+    assert curve.all_text_contents() == ["Δ + T′ ≤ T", "max", " − T", "fl"]
+
+
+def test_a_picture_that_is_cut_says_so(open_page: Open) -> None:
+    """With an arrow and the value, where axes stand still: charge, end, optimum and places."""
+    page = opened(open_page, "desktop", {})
+    page.keyboard.press("a")
+    assert page.locator(".beyond").count() == 0
+    for key, value in (("battery.capacity_As", "20"), ("limits.deadline_s", "2400")):
+        page.locator(f"input[data-key='{key}|null'][type=text]").fill(value)
+        rests(page)
+    hover_s = optuav.solve(
+        optuav.load("paper").replace({"battery.capacity_As": 72e3, "limits.deadline_s": 2400.0})
+    ).hover_time_s
+    told = ("wells", "up to 40 Ah"), ("wells", "until "), ("plane", f"{hover_s:.2f}")
+    for figure, words in told:
+        assert page.locator(f"figure.{figure} .beyond").count()
+        playwright.expect(page.locator(f"figure.{figure} svg").first).to_contain_text(words)
+    assert page.locator("figure.plane .optimum").count() == 0
+    page.get_by_label("device, x [m]", exact=True).fill("9000")
+    rests(page)
+    assert page.locator("figure.map .beyond").count() == 2  # Device and hover point
+    assert page.evaluate(CROWDED) == []
+
+
+def test_without_a_plan_the_flight_is_drawn(open_page: Open) -> None:
+    """On the map and over time, until the well is empty; and it is flown and falls."""
+    page = opened(open_page, "desktop", {"changes": {"battery.capacity_As": 1800}})
+    playwright.expect(page.locator("header .verdict")).to_contain_text("no plan")
+    wells = page.locator("figure.wells")
+    playwright.expect(wells).to_contain_text("on the shortest flight, without a stay")
+    playwright.expect(wells.locator("svg")).to_contain_text("✕ falls at 28 s")
+    assert page.locator("figure.map [aria-label=line][stroke='var(--flight)'] path").count() == 1
+    page.get_by_role("button", name="Fly it").click()
+    playwright.expect(page.locator("figure.map .drone")).to_contain_text("falls at 28 s")
+    assert page.evaluate(CROWDED) == []
+
+
+def test_the_day_is_read_on_a_phone(open_page: Open) -> None:
+    """Its axes have numbers, its words keep apart, and it says of which roof it tells."""
+    page = open_page(400, "light", fragment({"picture": "day"}), 800)
+    page.get_by_role("tab", name="Day").click()
+    rests(page)
+    assert page.evaluate(CROWDED) == []
+    playwright.expect(page.locator("figure.plane")).to_contain_text(
+        "One drone on b10 covers 9.45 %"
+    )
+    ticks = page.locator("figure.plane [aria-label='x-axis tick label'] text").all_text_contents()
+    assert {"0", "50", "100"} <= {*ticks}
 
 
 @pytest.mark.parametrize("name", ["desktop", "lecture", "site", "phone"])

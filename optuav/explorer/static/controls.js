@@ -14,6 +14,7 @@ export class Controls {
   #fields = new Map(); // By name: element, inputs, and the key of the mission or of the question
   #inputs = new Map(); // Key, axis, unit and whole vector that an input sets
   #id = `optuav-${++instances}`;
+  #still = new Set(); // Sliders that changed nothing when one began
 
   constructor(session, root, copy) {
     this.#session = session;
@@ -61,6 +62,7 @@ export class Controls {
 
   // Sliders that change something stand first; they stay where they are until one begins anew.
   #arrange(controls) {
+    this.#still = new Set(controls.filter(({idle}) => idle).map(({key}) => key));
     const placed = d3.sort(controls, ({idle}) => Boolean(idle)).map((control) => {
       const {element, home} = this.#fields.get(nameOf(control));
       return home?.isConnected ? home : element;
@@ -246,6 +248,11 @@ export class Controls {
     }
     const roof = this.#fields.get("place roof");
     if (roof) roof.element.hidden = movable.every(({key}) => key !== roof.key);
+  }
+
+  // Names of fields, those last that changed nothing when one began.
+  liveFirst(names) {
+    return d3.sort(names, (name) => this.#still.has(name));
   }
 
   // In a lecture some fields stand in a bar of their own, and go back to where they were. A field that

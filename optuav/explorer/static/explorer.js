@@ -205,9 +205,9 @@ function render({model, el}) {
 
   // A lecture: larger, with the controls that were chosen and the presets.
 
-  function presetButton({short, state}) {
+  function presetButton({words, short, state}) {
     const digit = Object.keys(WORDS.chosen).indexOf(short); // Is a preset's own, whatever others there are
-    return button(`${digit} ${short}`, () => begin(() => session.begin(state)), {"data-digit": digit});
+    return button(`${digit} ${words}`, () => begin(() => session.begin(state)), {"data-digit": digit});
   }
 
   function teach(on) {
@@ -223,7 +223,8 @@ function render({model, el}) {
     const preset = presetOf(session.now.state, known);
     if (lecture && preset !== "") chosen.dataset.preset = known[preset].short;
     const stated = (query.get("lecture") ?? "").split(",").filter(Boolean);
-    const wanted = stated.length ? stated : WORDS.chosen[chosen.dataset.preset ?? "Mission"];
+    const first = controls.liveFirst(WORDS.chosen[chosen.dataset.preset ?? "Mission"]);
+    const wanted = stated.length ? stated : first;
     controls.lend(lecture ? wanted : [], chosen);
     [...presets.children].forEach((one, k) => (one.ariaPressed = k + 1 === preset));
   }

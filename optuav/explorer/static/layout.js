@@ -76,7 +76,7 @@ export class Column {
     fit(plane.children[1], alone && route && !picture ? [...ways, ""] : [""]);
     map.children[1].textContent = alone && !this.session.stored ? "drag a ring, or arrows" : "";
     this.play.hidden = !wells;
-    charge.children[1].textContent = wells?.alone ? "on the shortest flight, without a stay" : "";
+    fit(charge.children[1], wells?.alone ? WORDS.alone : [""]);
     const promise = verdict.promise ? `${verdict.promise.replace(/ of hover.*/, "")}, ` : "";
     const heading = this.element.querySelector(".title");
     const name = this.kind === "now" ? "Now" : "Pinned";

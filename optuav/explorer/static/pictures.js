@@ -6,6 +6,7 @@ const NARROW_PX = 440;
 const COVERS = "on station";
 const DRAWN = {beam: drawBeam, speed: drawSpeed, day: drawDay};
 const FLIGHT = {fill: "flight"};
+const INK = {fill: "ink"};
 const PALE = {fill: colour("muted"), fillOpacity: 0.16};
 const NAMES = {...NUMBERS, tickFormat: String, fill: colour("ink")};
 
@@ -57,7 +58,9 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look
   const rows = d3.zip(speed_m_s, power_W);
   const brief = width < NARROW_PX * u;
   const said = marks.map(({words, power_W: power}) => (brief ? words : `${words}, ${power.toFixed(0)} W`));
-  const points = {x: "speed_m_s", y: "power_W", r: 5 * u, stroke: colour("ink"), strokeWidth: 1.25 * u};
+  const within = ({speed_m_s: speed, power_W: power}) => speed <= most_x && power <= most_y;
+  const edge = {stroke: colour("ink"), strokeWidth: 1.25 * u, filter: within};
+  const points = {x: "speed_m_s", y: "power_W", r: 5 * u, ...edge};
   const picture = new Picture(look, {
     margins: edges(size, wide(grouped(most_y), size), 12 * u),
     label: `Power against airspeed: ${said.join("; ")}`,
@@ -69,7 +72,7 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look
       Plot.axisX(steps(most_x, 7).filter((speed) => speed < 0.7 * most_x), NUMBERS),
       Plot.axisY(steps(most_y, 7), NUMBERS),
       Plot.line(rows, {stroke: colour("flight"), strokeWidth: 2.75 * u, clip: true}),
-      Plot.dot(marks, {...points, fill: (_, k) => colour(k ? "optimum" : "hover"), clip: true}),
+      Plot.dot(marks, {...points, fill: (_, k) => colour(k ? "optimum" : "hover")}),
     ],
   });
   const {x, y, left} = picture;
@@ -80,8 +83,8 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look
     picture.beyond(highest.map((value, k) => [x, y][k](value)), `up to ${highest[1].toFixed(0)} W`, FLIGHT);
   }
   marks.forEach((mark, k) => {
-    const at = [x(mark.speed_m_s), y(mark.power_W)];
-    if (picture.has(at)) picture.put([said[k]], around(at, 12 * u, size), STRONG);
+    const spots = around([x(mark.speed_m_s), y(mark.power_W)], 12 * u, size);
+    if (within(mark)) picture.put([said[k]], spots, STRONG);
   });
   return [picture.plot];
 }
@@ -113,6 +116,8 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
   const numbered = (name) => (more && name === names[0] ? `1 of ${drones}` : name);
   const bar = {x1: "start_h", x2: "end_h", insetLeft: 0.5};
   const covers = {y: () => COVERS, filter: ({kind}) => kind === "hover", fillOpacity: 0.75};
+  const covered_h = stays.find(({kind}) => kind === "hover").start_h;
+  const others = {...bar, y: () => COVERS, fill: colour("hover"), fillOpacity: 0.4}; // Not drawn above
   const every = Math.ceil((1.1 * size * (rows + 1)) / (height - 2.3 * size)); // Names that keep apart
   const named = names.filter((_, k) => k % every === 0 && k <= rows - every);
   const hours = steps(end, 6);
@@ -126,6 +131,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
     marks: [
       Plot.axisX(hours.filter((hour) => hour < 0.97 * end), {...NUMBERS, tickFormat: unit}),
       Plot.axisY([...named, COVERS], {...NAMES, tickFormat: numbered}),
+      more && Plot.barX([{start_h: covered_h, end_h: end}], others),
       Plot.barX(stays, {...bar, y: "drone", fill: ({kind}) => colour(kind === "wait" ? "line" : kind)}),
       Plot.barX(stays, {...bar, ...covers, fill: colour("hover")}),
     ],
@@ -160,7 +166,7 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
   const points = pads.map((pad) => [x(pad.power_W), y(pad.drones)]);
   picture.avoid(dots(points.filter((at) => picture.has(at))));
   const most = d3.greatest(pads, (pad) => pad.drones);
-  if (most?.drones > most_y) picture.beyond([x(most.power_W), y(most.drones)], `${most.drones}`, {fill: "ink"});
+  if (most?.drones > most_y) picture.beyond([x(most.power_W), y(most.drones)], `${most.drones}`, INK);
   const spots = d3.range(0.05, 0.9, 0.1).flatMap((share) => [-6, 1.1 * size].map((below) =>
     ({x: x(share * most_x), y: y(drones) + below, anchor: "start", cost: below > 0 ? 1 : 0})));
   if (drones <= most_y) picture.put([`laser: ${drones}`], spots, {...STRONG, fill: "laser"});

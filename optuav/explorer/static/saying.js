@@ -18,6 +18,7 @@ export function sayVerdict(header, session, lecture) {
   if (verdict.promise && pinned?.answer?.verdict.promise) return sayDifference(says, why, session);
   const [time, what] = verdict.promise?.split(" of ") ?? [];
   const promise = verdict.promise ? [make("span", {class: "n"}, time), ` of ${what}; `] : [];
+  says.title = verdict.text; // Where there is no room for all
   says.replaceChildren(...promise, outcome(verdict), verdict.reason ? `: ${verdict.reason}` : "");
   const kept = plane.words ?? "No times of rest and hover keep every limit.";
   const told = lecture ? kept : "Details show which single change would make a plan possible.";

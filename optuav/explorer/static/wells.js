@@ -19,7 +19,7 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
   const lowest = Math.min(0, d3.min(wells.total_Ah));
   const most_y = HEADROOM * most;
   const highest = most_y - ((most_y - lowest) * 1.6 * size) / (height - top - 2.2 * size); // Below the unit
-  const rings = verdict.good ? wells.empty_s : [];
+  const rings = verdict.good ? wells.empty_s.filter((time) => time <= end) : [];
   const phases = wells.phases.map(({kind, at, start_s}) =>
     `${kind} ${kind === "flight" ? "to" : "at"} ${at} from ${start_s.toFixed(0)} s`);
   const picture = new Picture(look, {
@@ -116,7 +116,7 @@ function nameAll(view) {
   picture.avoid(dots(rows.map(({time, upper}) => [x(time), y(upper)])));
   if (wells.dry_s !== null) nameDry(view);
   else if (rings.length) nameEmpty(view);
-  if (wells.low.length && !(wells.alone && wells.dry_s !== null)) nameLow(view);
+  if (wells.low.length) nameLow(view);
   nameWells(view);
   nameSpare(view);
 }
@@ -165,8 +165,9 @@ function nameWells(view) {
   const near = always ? x(0.45 * end) : x(holds_s[0]);
   for (const words of choices) if (nameBand(view, words, inBound, near, until)) return;
   const level = {y: y(least_Ah) - 6, anchor: always ? "start" : "end"};
-  const from = always ? x(0) + 6 : x(last);
-  const on = d3.range(x(0) + 6, x(last), 20).map((px) => ({...level, x: px, cost: Math.abs(px - from)}));
+  const until_px = x(Math.min(holds_s[1], end));
+  const from = always ? x(0) + 6 : until_px;
+  const on = d3.range(until_px, x(0) + 6, -20).map((px) => ({...level, x: px, cost: Math.abs(px - from)}));
   picture.put([short], on, {...STRONG, fill: "charge"});
 }
 
@@ -198,13 +199,14 @@ function nameDry({picture, wells, rows, narrow}) {
 
 // A plan that flies lands as its available well is empty: above the charge.
 function nameEmpty({picture, wells: {deadline_s}, rows, rings, end, narrow}) {
-  const {x, y, size, u} = picture;
+  const {x, y, top, size, u} = picture;
   const long = `empty exactly on landing${rings.length > 1 ? ", twice" : ""}`;
   const words = narrow ? "empty, just landed" : long;
   const half = wide(words, size, 600) / 2;
   const at = Math.min(x(rings.at(-1)), x(Math.min(end, deadline_s)) - half - 6);
   const under = rows.filter(({time}) => Math.abs(x(time) - at) < half);
-  const spot = {x: at, y: y(d3.max(under, ({upper}) => upper) ?? 0) - 10 * u, anchor: "middle"};
+  const above = y(d3.max(under, ({upper}) => upper) ?? 0) - 10 * u;
+  const spot = {x: at, y: Math.max(above, top + size), anchor: "middle"};
   picture.put([words], [spot], {...STRONG, fill: "dry"});
 }
 
