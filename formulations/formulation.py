@@ -160,7 +160,8 @@ class Formulation(ABC):
     building
         Name of the building to go via; None for all routes.
     order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two; with several devices
+        before or after all hovers, or ``"between"``, or None for the best.
 
     Examples
     --------
@@ -185,6 +186,13 @@ class Formulation(ABC):
     building: str | None = None
     order: Order | None = None
     trajectory: Trajectory | None = field(default=None, init=False, repr=False)  # All routes
+    # Names of several devices in flight order; None for the best one
+    device_order: tuple[str, ...] | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """A list of devices is as good as a tuple."""
+        if isinstance(order := self.device_order, list):
+            object.__setattr__(self, "device_order", tuple(order))
 
     @property
     def name(self) -> str:

@@ -20,7 +20,12 @@ class P1(Formulation):
         ``"traj1"`` (via the building nearest to the device) or ``"traj2"`` (the shortest in time
         via one building); the latter two pass by the building or rest there.
     order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two. With several devices
+        these rest before or after all hovers; there is ``"between"`` too, and None takes the best.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one. With several
+        devices the trajectory is ``"optimal"`` or ``"direct"``, and the options below have their
+        defaults.
     hover_point
         ``"w_U"``: hover at ``route.hover_m`` of the mission, or where that is not stated at w_U of
         the paper; ``"free"``: at the best point within reach of the device.
@@ -41,6 +46,7 @@ class P1(Formulation):
 
     building: None = field(default=None, init=False, repr=False)
     trajectory: Trajectory = "optimal"
+    device_order: tuple[str, ...] | None = None
     hover_point: HoverPoint = "w_U"
     speed: Speed = "mission"
     stops: int = 1

@@ -20,6 +20,8 @@ class P2(Formulation):
     trajectory, order
         Routes to choose from: ``"optimal"``, ``"direct"``, ``"traj1"`` or ``"traj2"``; and
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two. `P1` explains them.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one.
 
     Examples
     --------
@@ -31,6 +33,7 @@ class P2(Formulation):
 
     building: None = field(default=None, init=False, repr=False)
     trajectory: Trajectory = "optimal"
+    device_order: tuple[str, ...] | None = None
     tight: bool = False
 
     @property

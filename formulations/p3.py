@@ -15,6 +15,8 @@ class P3(Formulation):
     ----------
     speed
         ``"mission"``, or ``"free"``: legs at the ground speeds that are best, as in `P1`.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one.
 
     Examples
     --------
@@ -27,6 +29,7 @@ class P3(Formulation):
     building: None = field(default=None, init=False, repr=False)
     order: None = field(default=None, init=False, repr=False)
     speed: Speed = "mission"
+    device_order: tuple[str, ...] | None = None
 
     def declare(self, model: Model, given: Given) -> None:
         """State (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""

@@ -62,7 +62,9 @@ def verdict(plan: PlanData) -> str:
 def heading(plan: PlanData) -> list[Line]:
     """Mission and question, and status of the answer."""
     way = plan.trajectory and f"trajectory {plan.trajectory}"
-    stated = filter(None, (way, plan.building and f"building {plan.building}", plan.order))
+    along = plan.device_order and f"devices in the order {', '.join(plan.device_order)}"
+    on = plan.building and f"building {plan.building}"
+    stated = filter(None, (way, on, plan.order, along))
     question = [plan.problem, *stated, f"perspective {plan.perspective}", counted_in(plan.slot_s)]
     lines = [("Mission", plan.mission.name), ("Problem", ", ".join(question))]
     if not plan:

@@ -23,7 +23,15 @@ from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
 from optuav.modelling import Model
-from optuav.options import HOVER_POINTS, ORDERS, SPEEDS, TRAJECTORIES, Perspective, ProblemName
+from optuav.options import (
+    HOVER_POINTS,
+    ORDERS,
+    ORDERS_OF_SEVERAL,
+    SPEEDS,
+    TRAJECTORIES,
+    Perspective,
+    ProblemName,
+)
 
 PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=True), P3())}
 """Names that stand for problems with their defaults."""
@@ -35,6 +43,8 @@ ASKED = "one perspective, or a list of different ones"
 LIMIT = Range("s", gt=0.0, le=1e9)
 RESTS = Range("-", ge=0, le=10, whole=True)
 HOVERS = Range("-", ge=1, le=10, whole=True)
+MOST_FREE = 7  # Devices whose orders are all compared
+ONE_DEVICE, WITH_DEVICES = "needs a mission with one device", "with several devices"
 MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
 
 
@@ -179,7 +189,10 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
     problem: object = question.problem
     if isinstance(problem, Formulation):
         if problem.order is not None:
-            yield from unlisted(("order", problem.order, ORDERS))
+            several = mission is None or bool(mission.devices)
+            orders = ORDERS_OF_SEVERAL if several else ORDERS
+            yield from unlisted(("order", problem.order, orders))
+        yield from _faults_of_devices(mission, question)
         if mission is not None and problem.building is not None:
             yield from _building_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
@@ -229,6 +242,36 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
         )
         yield from not_with("with several stops", *by_default, *searched)
         yield from () if mission is None else _faults_of_stops(mission, question.perspective)
+
+
+def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[Fault]:
+    """An order of devices that is none, and what is not answered for several devices."""
+    problem, p1, wanted = question.problem, question.p1, question.problem.device_order
+    names = [device.name for device in mission.devices] if mission else []
+    if wanted is not None and not (
+        isinstance(wanted, tuple)
+        and all(isinstance(name, str) for name in wanted)
+        and (mission is None or sorted(wanted) == sorted(names))
+    ):
+        known = f"each device once: {', '.join(names)}" if names else "left out with one device"
+        yield Fault("device_order", shown(wanted), f"must be {known}")
+    if not names or mission is None:
+        return
+    if isinstance(problem, Cycle):
+        yield Fault("problem", problem.name, f"{ONE_DEVICE}: a cycle hovers over a single device")
+    if isinstance(problem, P1 | P2):
+        ways = ("trajectory", problem.trajectory, ("optimal", "direct"))
+        yield from not_with(WITH_DEVICES, ways)
+    single = ("stops", p1.stops, (1,)), ("hovers", p1.hovers, (1,))
+    yield from not_with(WITH_DEVICES, *single, ("hover_point", p1.hover_point, ("w_U",)))
+    if isinstance(problem, P1 | P3 | P4):
+        yield from not_with(WITH_DEVICES, ("speed", problem.speed, ("mission",)))
+    if mission.battery.takes_turns:
+        schedule = mission.battery.schedule
+        yield Fault("battery.schedule", shown(schedule), f"must be pooled {WITH_DEVICES}")
+    if len(names) > MOST_FREE and wanted is None:
+        words = f"must name the devices in order, as there are more than {MOST_FREE}"
+        yield Fault("device_order", "", f"{words}: their orders are too many to be compared")
 
 
 def own_problem_faults(kind: type[Formulation], name: str) -> Iterator[Fault]:
