@@ -194,6 +194,13 @@ class Formulation(ABC):
         if isinstance(order := self.device_order, list):
             object.__setattr__(self, "device_order", tuple(order))
 
+    def __repr__(self) -> str:
+        """The class with its fields, without an order of devices where none is stated."""
+        shown = (each.name for each in fields(self) if each.repr)
+        stated = ((name, getattr(self, name)) for name in shown)
+        options = [f"{k}={v!r}" for k, v in stated if k != "device_order" or v is not None]
+        return f"{type(self).__qualname__}({', '.join(options)})"
+
     @property
     def name(self) -> str:
         """Name of the problem for a reader."""

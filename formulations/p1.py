@@ -9,7 +9,7 @@ from optuav.modelling.expression import Operand
 from optuav.options import HoverPoint, Speed, Trajectory
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class P1(Formulation):
     """P1: longest hover within reach of the device, with or without a rest.
 

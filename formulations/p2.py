@@ -8,7 +8,7 @@ from optuav.modelling import Model
 from optuav.options import Trajectory
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class P2(Formulation):
     """P2: shortest flight and rest, the hover time free.
 

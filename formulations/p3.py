@@ -7,7 +7,7 @@ from optuav.modelling import Model
 from optuav.options import Speed
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class P3(Formulation):
     """P3: longest hover on a given route without a rest.
 

@@ -7,7 +7,7 @@ from optuav.modelling import Model
 from optuav.options import Speed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class P4(Formulation):
     """P4: longest hover with one rest on a given building.
 

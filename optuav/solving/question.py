@@ -1,5 +1,6 @@
 """The question about a mission, checked and completed, and the engine that answers it."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from inspect import Parameter, signature
@@ -43,6 +44,7 @@ ASKED = "one perspective, or a list of different ones"
 LIMIT = Range("s", gt=0.0, le=1e9)
 RESTS = Range("-", ge=0, le=10, whole=True)
 HOVERS = Range("-", ge=1, le=10, whole=True)
+MOST_ROWS = 1 << 13  # Routes over several devices that are compared one by one
 MOST_FREE = 7  # Devices whose orders are all compared
 ONE_DEVICE, WITH_DEVICES = "needs a mission with one device", "with several devices"
 MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
@@ -269,9 +271,29 @@ def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[
     if mission.battery.takes_turns:
         schedule = mission.battery.schedule
         yield Fault("battery.schedule", shown(schedule), f"must be pooled {WITH_DEVICES}")
-    if len(names) > MOST_FREE and wanted is None:
+    if wanted is None:
+        yield from _faults_of_orders(mission, question)
+
+
+def _faults_of_orders(mission: Mission, question: Question) -> Iterator[Fault]:
+    """More orders of devices than are compared."""
+    count = len(mission.devices)
+    by_bounds = type(question.problem) in (P1, P3, P4) and question.engine == AUTO
+    by_bounds = by_bounds and question.slot_s is None
+    if count > MOST_FREE:
         words = f"must name the devices in order, as there are more than {MOST_FREE}"
         yield Fault("device_order", "", f"{words}: their orders are too many to be compared")
+    elif not by_bounds and (routes := count_of_routes(mission, question.problem)) > MOST_ROWS:
+        words = f"must name the devices in order, as their {routes} routes are compared only for "
+        words += "the longest hover in continuous times, by the engine auto"
+        yield Fault("device_order", "", words)
+
+
+def count_of_routes(mission: Mission, problem: Formulation) -> int:
+    """The number of routes over several devices with at most one rest."""
+    devices = len(mission.devices)
+    orders = math.factorial(devices) if problem.device_order is None else 1
+    return orders * (1 + len(mission.buildings) * (devices + 1))
 
 
 def own_problem_faults(kind: type[Formulation], name: str) -> Iterator[Fault]:

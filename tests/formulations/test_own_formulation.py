@@ -428,7 +428,7 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
         repr(program.compile().solve()) == "<Solution by closed-form: optimal, objective 688.848>"
     )
     charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
-    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:36"
+    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:39"
     assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:33"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
     assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s p3.py:33"

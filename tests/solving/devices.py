@@ -63,41 +63,38 @@ class Town:
                 self.devices.items(), self.shares.values(), strict=True
             )
         ]
-        return (
-            optuav.load("paper")
-            .replace(
-                {
-                    **dict.fromkeys(("rotor", "body"), None),
-                    "flight": {
-                        "model": "regimes",
-                        "acceleration_m_s2": self.acceleration_m_s2,
-                        "flight_current_A": flight_A,
-                        "flight_power_W": flight_W,
-                        "hover_current_A": self.hover[0],
-                        "hover_power_W": self.hover[1],
-                        "rest_current_A": self.rest[0],
-                        "rest_power_W": self.rest[1],
-                    },
-                    "route.origin_m": list(self.ends[0]),
-                    "route.destination_m": list(self.ends[1]),
-                    "limits.deadline_s": self.deadline_s,
-                    "limits.min_soc": self.min_soc,
-                    "limits.keep_soc": "always" if self.always else "end",
-                    "limits.max_altitude_m": 200.0,
-                    "battery.packs": 1,
-                    "battery.capacity_As": self.capacity_As,
-                    "battery.nominal_voltage_V": self.voltage_V,
-                    "battery.available_fraction": self.fraction,
-                    "battery.flow_rate_per_s": self.rate_per_s,
-                    "battery.charge_current_A": self.charge_A,
-                    "laser.power_W": self.laser_W,
-                    "laser.position_m": list(self.laser_m),
-                    "devices": devices,
-                    "buildings": [
-                        {"name": name, "position_m": list(at)} for name, at in self.roofs.items()
-                    ],
-                }
-            )
+        return optuav.load("paper").replace(
+            {
+                **dict.fromkeys(("rotor", "body"), None),
+                "flight": {
+                    "model": "regimes",
+                    "acceleration_m_s2": self.acceleration_m_s2,
+                    "flight_current_A": flight_A,
+                    "flight_power_W": flight_W,
+                    "hover_current_A": self.hover[0],
+                    "hover_power_W": self.hover[1],
+                    "rest_current_A": self.rest[0],
+                    "rest_power_W": self.rest[1],
+                },
+                "route.origin_m": list(self.ends[0]),
+                "route.destination_m": list(self.ends[1]),
+                "limits.deadline_s": self.deadline_s,
+                "limits.min_soc": self.min_soc,
+                "limits.keep_soc": "always" if self.always else "end",
+                "limits.max_altitude_m": 200.0,
+                "battery.packs": 1,
+                "battery.capacity_As": self.capacity_As,
+                "battery.nominal_voltage_V": self.voltage_V,
+                "battery.available_fraction": self.fraction,
+                "battery.flow_rate_per_s": self.rate_per_s,
+                "battery.charge_current_A": self.charge_A,
+                "laser.power_W": self.laser_W,
+                "laser.position_m": list(self.laser_m),
+                "devices": devices,
+                "buildings": [
+                    {"name": name, "position_m": list(at)} for name, at in self.roofs.items()
+                ],
+            }
         )
 
     def at(self, place: str) -> Point:
