@@ -195,10 +195,10 @@ class Formulation(ABC):
             object.__setattr__(self, "device_order", tuple(order))
 
     def __repr__(self) -> str:
-        """The class with its fields, without an order of devices where none is stated."""
+        """The class with its fields, without those that are rare where they are not stated."""
         shown = (each.name for each in fields(self) if each.repr)
         stated = ((name, getattr(self, name)) for name in shown)
-        options = [f"{k}={v!r}" for k, v in stated if k != "device_order" or v is not None]
+        options = [f"{k}={v!r}" for k, v in stated if k not in RARE or v is not None]
         return f"{type(self).__qualname__}({', '.join(options)})"
 
     @property
@@ -301,6 +301,7 @@ def _named_covered(covered: Sequence[Covered]) -> Iterator[Covered]:
         )
 
 
+RARE = ("device_order", "hover_time_s")  # Options that show where they are stated
 NAN = math.nan  # One object, as NaN is equal to itself by identity alone
 RESERVE = "limits.min_soc"  # Key of the charge that must be left
 FLOWN = Stage(NAN, NAN)  # A stage of flight in a pattern

@@ -55,6 +55,7 @@ class ProblemOptions:
     building: str | None = None
     order: str | None = None
     device_order: str | None = None
+    hover_time_s: float | None = None
     hover_point: str | None = None
     speed: str | None = None
     perspective: Perspective = "available"

@@ -4,8 +4,8 @@ Up to some thousands, all are rows of a table. Beyond, a route is no row before 
 open: for every order and every place of the rest, the times and charges of the legs before and
 after the roof are added to those to and from each roof, a table of orders and roofs. Charge and
 deadline at the end bound the hover on all of them at once; it is the longest hover itself where
-nothing else counts. Routes are then compared in the order of this bound, until none is left whose bound exceeds
-the best.
+nothing else counts. Routes are then compared in the order of this bound, until none is left whose
+bound exceeds the best.
 """
 
 from __future__ import annotations

@@ -42,6 +42,7 @@ OWN_PROBLEMS: dict[str, type[Formulation] | Formulation] = {}
 """Problems from outside the package by name, as classes or with their fields: `optuav.register`."""
 ASKED = "one perspective, or a list of different ones"
 LIMIT = Range("s", gt=0.0, le=1e9)
+WANTED = Range("s", ge=0.0, le=1e7)
 RESTS = Range("-", ge=0, le=10, whole=True)
 HOVERS = Range("-", ge=1, le=10, whole=True)
 MOST_ROWS = 1 << 13  # Routes over several devices that are compared one by one
@@ -210,6 +211,9 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
     p1 = question.p1
     if isinstance(problem, P1 | P2):
         yield from unlisted(("trajectory", problem.trajectory, TRAJECTORIES))
+        if isinstance(problem, P2) and problem.hover_time_s is not None:
+            yield from misfits(("hover_time_s", problem.hover_time_s, WANTED))
+            yield from not_with("with a wanted hover_time_s", ("tight", problem.tight, (False,)))
         if problem.order is not None and problem.trajectory == "direct":
             yield Fault("order", shown(problem.order), "the direct route has no rest")
     yield from unlisted(("hover_point", p1.hover_point, HOVER_POINTS))
