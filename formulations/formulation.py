@@ -160,7 +160,8 @@ class Formulation(ABC):
     building
         Name of the building to go via; None for all routes.
     order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two; with several devices
+        before or after all hovers, or ``"between"``, or None for the best.
 
     Examples
     --------
@@ -185,6 +186,20 @@ class Formulation(ABC):
     building: str | None = None
     order: Order | None = None
     trajectory: Trajectory | None = field(default=None, init=False, repr=False)  # All routes
+    # Names of several devices in flight order; None for the best one
+    device_order: tuple[str, ...] | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """A list of devices is as good as a tuple."""
+        if isinstance(order := self.device_order, list):
+            object.__setattr__(self, "device_order", tuple(order))
+
+    def __repr__(self) -> str:
+        """The class with its fields, without those that are rare where they are not stated."""
+        shown = (each.name for each in fields(self) if each.repr)
+        stated = ((name, getattr(self, name)) for name in shown)
+        options = [f"{k}={v!r}" for k, v in stated if k not in RARE or v is not None]
+        return f"{type(self).__qualname__}({', '.join(options)})"
 
     @property
     def name(self) -> str:
@@ -288,6 +303,7 @@ def _named_covered(covered: Sequence[Covered]) -> Iterator[Covered]:
         )
 
 
+RARE = ("device_order", "hover_time_s")  # Options that show where they are stated
 NAN = math.nan  # One object, as NaN is equal to itself by identity alone
 RESERVE = "limits.min_soc"  # Key of the charge that must be left
 FLOWN = Stage(NAN, NAN)  # A stage of flight in a pattern

@@ -25,7 +25,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from formulations.formulation import Given, named_landings
-from formulations.p1 import state_limits
+from formulations.limits import state_limits
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import STAYS, landing_moments, soc_on_landing
 from optuav.modelling import Expression, Model, Parameter, Variable, affine

@@ -3,13 +3,12 @@
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given
-from formulations.parameters import Covered
-from optuav.modelling import Model, Variable
-from optuav.modelling.expression import Operand
+from formulations.limits import state_limits
+from optuav.modelling import Model
 from optuav.options import HoverPoint, Speed, Trajectory
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class P1(Formulation):
     """P1: longest hover within reach of the device, with or without a rest.
 
@@ -20,7 +19,12 @@ class P1(Formulation):
         ``"traj1"`` (via the building nearest to the device) or ``"traj2"`` (the shortest in time
         via one building); the latter two pass by the building or rest there.
     order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two. With several devices
+        these rest before or after all hovers; there is ``"between"`` too, and None takes the best.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one. With several
+        devices the trajectory is ``"optimal"`` or ``"direct"``, and the options below have their
+        defaults.
     hover_point
         ``"w_U"``: hover at ``route.hover_m`` of the mission, or where that is not stated at w_U of
         the paper; ``"free"``: at the best point within reach of the device.
@@ -41,6 +45,7 @@ class P1(Formulation):
 
     building: None = field(default=None, init=False, repr=False)
     trajectory: Trajectory = "optimal"
+    device_order: tuple[str, ...] | None = None
     hover_point: HoverPoint = "w_U"
     speed: Speed = "mission"
     stops: int = 1
@@ -51,31 +56,3 @@ class P1(Formulation):
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
         state_limits(model, given, "P1", hover, rest)
-
-
-def state_limits(
-    model: Model, given: Given, problem: str, hover: Variable | None = None, rest: Operand = 0.0
-) -> None:
-    """State constraints a to e, which (P1) and (P2) share; without times only a, c and e."""
-    points = given.covered or (Covered("", given.hover_distance_m, given.hover_altitude_m),)
-    for device, distance_m, _ in points:
-        in_reach, label = distance_m <= given.coverage_radius_m, f"{problem}.a outage"
-        model.subject_to(of_device(label, device), in_reach, unit="m", kind="outage")
-    if hover is not None:
-        given.keep_charge(model, f"{problem}.b state of charge", hover, rest)
-        given.keep_wells(model, f"{problem}.b", hover, rest)
-    model.subject_to(f"{problem}.c ends", given.end_gap_m <= 0.0, unit="m")
-    if hover is not None:
-        given.keep_deadline(model, f"{problem}.d hover time", hover, rest)
-    for device, _, altitude_m in points:
-        high_enough, low_enough = (
-            altitude_m >= given.min_altitude_m,
-            altitude_m <= given.max_altitude_m,
-        )
-        model.subject_to(of_device(f"{problem}.e altitude", device), high_enough, unit="m")
-        model.subject_to(of_device(f"{problem}.e highest altitude", device), low_enough, unit="m")
-
-
-def of_device(label: str, device: str) -> str:
-    """A label for one of several devices; of a single one, which needs no name, as it is."""
-    return f"{label} of {device}" if device else label

@@ -7,7 +7,7 @@ from optuav.modelling import Model
 from optuav.options import Speed
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class P3(Formulation):
     """P3: longest hover on a given route without a rest.
 
@@ -15,6 +15,8 @@ class P3(Formulation):
     ----------
     speed
         ``"mission"``, or ``"free"``: legs at the ground speeds that are best, as in `P1`.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one.
 
     Examples
     --------
@@ -27,6 +29,7 @@ class P3(Formulation):
     building: None = field(default=None, init=False, repr=False)
     order: None = field(default=None, init=False, repr=False)
     speed: Speed = "mission"
+    device_order: tuple[str, ...] | None = None
 
     def declare(self, model: Model, given: Given) -> None:
         """State (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""

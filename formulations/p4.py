@@ -7,7 +7,7 @@ from optuav.modelling import Model
 from optuav.options import Speed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class P4(Formulation):
     """P4: longest hover with one rest on a given building.
 
@@ -16,9 +16,12 @@ class P4(Formulation):
     building
         Name of the building to rest on.
     order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two; with several devices
+        ``"between"`` too, and None for the best.
     speed
         ``"mission"``, or ``"free"``: legs at the ground speeds that are best, as in `P1`.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one.
 
     Examples
     --------
@@ -30,6 +33,7 @@ class P4(Formulation):
 
     building: str = field(kw_only=False)
     speed: Speed = field(default="mission", kw_only=True)
+    device_order: tuple[str, ...] | None = field(default=None, kw_only=True)
 
     def declare(self, model: Model, given: Given) -> None:
         """State (P4): P4.a state of charge, P4.b deadline; of equal plans the shortest rest."""

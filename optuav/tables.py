@@ -207,7 +207,7 @@ class Link(MissionSection):
     """The radio link to the ground device, or to each of several."""
 
     device_m: Position | None = None
-    """Ground device w_u (x, y, z) [m]; of several devices each has its own in [[devices]]."""
+    """Ground device w_u (x, y, z) [m]; several devices have a list of their own instead."""
     noise_power_W: Annotated[float, Range("W", ge=1e-30, le=1e9)]
     """Noise power N0 [W]."""
     transmit_power_W: Annotated[float, Range("W", ge=1e-12, le=1e9)]

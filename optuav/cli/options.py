@@ -54,6 +54,8 @@ class ProblemOptions:
     trajectory: str | None = None
     building: str | None = None
     order: str | None = None
+    device_order: str | None = None
+    hover_time_s: float | None = None
     hover_point: str | None = None
     speed: str | None = None
     perspective: Perspective = "available"
@@ -71,6 +73,8 @@ class ProblemOptions:
         from optuav.solving import question
 
         values, settings, faults = dict(vars(self)), list(settings or ()), list[Fault]()
+        if self.device_order is not None:
+            values["device_order"] = tuple(x.strip() for x in self.device_order.split(","))
         kind: Any = values.pop("problem")
         options = {name: values.pop(name) for name in BESIDE if name in values}
         mission = problem = None

@@ -128,7 +128,10 @@ def explain(
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:
-            fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
+            fields = {
+                name: getattr(plan, name)
+                for name in ("trajectory", "building", "order", "device_order")
+            }
             perspective: Any = plan.perspective
             problem = problem_of(plan.problem, **fields, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)

@@ -230,7 +230,9 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
     if plan.engine not in ("", SIMULATION, *engine_names()):
         words = "register it, or explain the mission with engine="
         raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")
-    fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
+    fields = {
+        name: getattr(plan, name) for name in ("trajectory", "building", "order", "device_order")
+    }
     sought = any(phase.speeds_m_s for phase in plan.phases)
     fields |= {"speed": "free"} if sought else {}
     return {

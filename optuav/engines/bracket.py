@@ -90,8 +90,10 @@ def bracket_largest(
         y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
         lost = lost[np.isnan(y[lost])]
     if len(lost):
+        wanted = np.broadcast_to(least, beyond.shape)[lost]
+        tops = x_top[lost], y_top[lost]
         x[lost], y[lost], beyond[lost] = _sweep(
-            rows.take(lost), x_top[lost], y_top[lost], beyond[lost], any_point
+            rows.take(lost), *tops, beyond[lost], wanted, any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
@@ -156,11 +158,12 @@ def _monotone(
 
 
 def _sweep(
-    rows: Rows, x_top: Floats, y_top: Floats, beyond: Floats, any_point: bool
+    rows: Rows, x_top: Floats, y_top: Floats, beyond: Floats, least: Floats, any_point: bool
 ) -> tuple[Floats, Floats, Floats]:
     """Lower x from its upper bound until a point is found; returns x, y and the upper bound.
 
-    The boxes double as long as they can be dropped, and halve when they cannot.
+    The boxes double as long as they can be dropped, and halve when they cannot. Below the least
+    of interest nothing is sought.
     """
     beyond = beyond.copy()
     _, rising, sinking = rows.trends(x_top, y_top)
@@ -185,7 +188,7 @@ def _sweep(
             x[open_[better]], y[open_[better]] = tried[better], tried_y[better]
         close = (beyond[open_] - x[open_] <= WIDTH_S) | (any_point & ~np.isnan(x[open_]))
         stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
-        open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
+        open_ = open_[~(close | stuck | (beyond[open_] < least[open_]))]
     (known,) = np.nonzero(~np.isnan(x))
 
     def margin(x: Floats, y: Floats, *own: Floats) -> Floats:

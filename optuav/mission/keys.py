@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from optuav.errors import Fault
@@ -19,6 +21,9 @@ VECTORS = {
     "wind.velocity_m_s": (WIND_SPEED, 2),
 }
 """Keys with components: what each may be, and how many of them may vary."""
+PLACES = ("position_m", "hover_m")
+OF_DEVICE = re.compile(rf"devices\.(.+)\.({'|'.join(PLACES)})\[([012])\]")
+"""Keys of the places of several devices, by name, and their components."""
 PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
 """One rate: missions hold it per second."""
 BOUND = {"limits.min_altitude_m", "limits.max_altitude_m", "limits.deadline_s", "battery.period_s"}
@@ -38,8 +43,16 @@ class Key:
     unit: str  # As its range states it; ``"-"`` for a ratio
 
 
-def numeric_keys() -> dict[str, Range]:
-    """Ranges of all numeric keys of missions by name, components of places and forces by number."""
+def range_of(key: str) -> Range | None:
+    """The range of a numeric key of missions; of a place of a device, whatever its name."""
+    return COORDINATE if OF_DEVICE.fullmatch(key) else numeric_keys().get(key)
+
+
+def numeric_keys(mission: Mission | None = None) -> dict[str, Range]:
+    """Ranges of all numeric keys of missions by name, components of places and forces by number.
+
+    Of a mission with several devices also those of their places.
+    """
     numbers = {PER_MINUTE: RATE_PER_MINUTE}
     for table in SINGLE:
         for name, form in table_keys(table).items():
@@ -47,13 +60,16 @@ def numeric_keys() -> dict[str, Range]:
                 numbers[f"{table}.{name}"] = allowed
     for key, (allowed, axes) in VECTORS.items():
         numbers |= {f"{key}[{axis}]": allowed for axis in range(axes)}
+    for device in mission.devices if mission else ():
+        for name, axis in product(PLACES, range(3)):
+            numbers[f"devices.{device.name}.{name}[{axis}]"] = COORDINATE
     return numbers
 
 
 def stated_keys(mission: Mission) -> dict[str, Key]:
     """The numeric keys that a mission states, by name; a bound that is excluded is approached."""
     stated_by_name = dict[str, Key]()
-    for name, allowed in numeric_keys().items():
+    for name, allowed in numeric_keys(mission).items():
         if (now := stated_value(mission, name)) is not None:
             low, high = allowed.ge, allowed.le
             low = (allowed.gt or 0.0) + INSIDE if low is None else low
@@ -64,6 +80,11 @@ def stated_keys(mission: Mission) -> dict[str, Key]:
 
 def stated_value(mission: Mission, key: str) -> float | None:
     """A mission's own value of a numeric key; None where it states none."""
+    if of_device := OF_DEVICE.fullmatch(key):
+        name, place, number = of_device.groups()
+        devices = [device for device in mission.devices if device.name == name]
+        at_m = getattr(devices[0], place) if devices else None
+        return None if at_m is None else float(at_m[int(number)])
     table, _, name = key.partition(".")
     name, _, axis = name.partition("[")
     stated: Any = getattr(getattr(mission, table), name, None)
@@ -76,7 +97,7 @@ def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
     known = numeric_keys()
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
-        if key not in known:
+        if key not in known and not OF_DEVICE.fullmatch(key):
             # Components of a vector are all alike: the first is suggested
             alike = [name for name in known if "[" in key or not name.endswith(("[1]", "[2]"))]
             yield Fault(key, "", f"{words}{nearest(key, alike)}")
@@ -85,12 +106,12 @@ def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
 def misfits_of_keys(values: Mapping[str, object]) -> Iterator[Fault]:
     """Yield keys that no mission has, and numbers out of range, without a mission."""
     yield from unknown_names(
-        {key: value for key, value in values.items() if not key.startswith("buildings")}
+        {key: x for key, x in values.items() if not key.startswith(("buildings", "devices."))}
     )
-    known = numeric_keys()
     for key, value in values.items():
-        if key in known and value is not None and not known[key].accepts(value):
-            yield Fault(key, shown(value), known[key].words)
+        allowed = range_of(key)
+        if allowed is not None and value is not None and not allowed.accepts(value):
+            yield Fault(key, shown(value), allowed.words)
 
 
 def keys_of_missing_tables(mission: Mission, keys: Collection[str]) -> Iterator[Fault]:
@@ -104,6 +125,11 @@ def keys_of_missing_tables(mission: Mission, keys: Collection[str]) -> Iterator[
 def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
     """The table, or the place or force, that a mission would have to state before a key."""
     whole, _, axis = key.partition("[")
+    if of_device := OF_DEVICE.fullmatch(key):
+        if of_device[1] not in [device.name for device in mission.devices]:
+            return f"device {of_device[1]}"
+        alike = all(f"{whole}[{k}]" in keys for k in range(3))
+        return "" if alike or stated_value(mission, key) is not None else whole
     table, _, name = whole.partition(".")
     if (section := getattr(mission, table)) is None:
         return "" if table == "start" else table
@@ -114,7 +140,7 @@ def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
 
 def quantity(mission: Mission, key: str) -> str:
     """A mission's own value of a numeric key with its unit, as text."""
-    allowed = number(key)
+    allowed = number(key) or range_of(key)
     return f"{stated_value(mission, key):g} {allowed.unit if allowed else ''}"
 
 

@@ -82,29 +82,48 @@ def build_routes(legs: Legs, buildings: Integers, devices: Integers = ONE_DEVICE
     The legs are those of `leg_ends` over the buildings, numbered as there.
     """
     orders, count = devices.shape
-    own = count * (count + 1) + (2 * count + 2) * np.arange(len(buildings))[:, None]
+    roof, after = np.arange(len(buildings)), np.arange(count + 1)
+    resting = len(roof) * len(after)
+    return some_routes(
+        legs,
+        buildings,
+        np.concatenate([devices, devices.repeat(resting, axis=0)]),
+        np.append(np.full(orders, -1), np.tile(roof.repeat(len(after)), orders)),
+        np.append(np.full(orders, count), np.tile(after, orders * len(roof))),
+    )
+
+
+def some_routes(
+    legs: Legs, buildings: Integers, devices: Integers, roof: Integers, after: Integers
+) -> Routes:
+    """Routes in orders of devices (route, device), over a roof after some of the hovers.
+
+    A roof goes by its place among the buildings, −1 for none: then it comes after all hovers. The
+    legs are those of `leg_ends` over the buildings.
+    """
+    count, rests = devices.shape[1], roof >= 0
+    numbers = np.full((len(devices), count + 2), NO_LEG, dtype=np.intp)
+    straight = straight_legs(devices)
+    numbers[:, :-1] = straight
+    for place in range(count + 1) if rests.any() else ():
+        (here,) = np.nonzero(rests & (after == place))
+        of_roof = count * (count + 1) + (2 * count + 2) * roof[here]
+        numbers[here, place + 2 :] = straight[here, place + 1 :]
+        numbers[here, place] = of_roof + (1 + count + devices[here, place - 1] if place else 0)
+        onward = 1 + devices[here, place] if place < count else 1 + 2 * count
+        numbers[here, place + 1] = of_roof + onward
+    building = np.where(rests, buildings[roof] if len(buildings) else -1, -1)
+    return routes_along(legs, numbers, building, after, devices)
+
+
+def straight_legs(devices: Integers) -> Integers:
+    """Numbers of the legs that fly over devices in some orders (order, leg), as in `leg_ends`."""
+    orders, count = devices.shape
     straight = np.empty((orders, count + 1), dtype=np.intp)
     straight[:, 0], straight[:, -1] = devices[:, 0], count * count + devices[:, -1]
     here, there = devices[:, :-1], devices[:, 1:]
     straight[:, 1:-1] = count + here * (count - 1) + there - (there > here)
-    numbers = np.full((orders, len(buildings), count + 1, count + 2), NO_LEG, dtype=np.intp)
-    for before in range(count + 1):
-        way = numbers[:, :, before]
-        way[:, :, :before] = straight[:, None, :before]
-        way[:, :, before + 2 :] = straight[:, None, before + 1 :]
-        way[:, :, before] = (own + (1 + count + devices[:, before - 1] if before else 0)).T
-        last = 1 + 2 * count
-        way[:, :, before + 1] = (own + (1 + devices[:, before] if before < count else last)).T
-    direct = np.full((orders, count + 2), NO_LEG, dtype=np.intp)
-    direct[:, :-1] = straight
-    places = np.arange(count + 1)
-    return routes_along(
-        legs,
-        np.concatenate([direct, numbers.reshape(-1, count + 2)]),
-        np.append(np.full(orders, -1), np.tile(buildings.repeat(len(places)), orders)),
-        np.append(np.full(orders, count), np.tile(places, orders * len(buildings))),
-        np.concatenate([devices, devices.repeat(len(buildings) * len(places), axis=0)]),
-    )
+    return straight
 
 
 def routes_along(

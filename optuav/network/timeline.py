@@ -158,7 +158,8 @@ def route_phases(
     points = network.places.hovers.tolist()
     shares = (device.share * hover_time_s for device in network.mission.served)
     times_s: dict[int, Quantity] = dict(zip(points, shares, strict=True))
-    times_s[int(network.places.on(routes.building[route]))] = rest_time_s
+    if (building := int(routes.building[route])) >= 0:
+        times_s[int(network.places.on(building))] = rest_time_s
     # A place that is passed again has had its stay.
     stays_s = [times_s.pop(int(ends[leg]), 0.0) for leg in legs[:-1]]
     return phases_along(network, legs, stays_s)

@@ -88,13 +88,31 @@ class Variants:
             if not axis:
                 values_of_table[name] = column
                 continue
-            here = values_of_table.setdefault(name, list(getattr(getattr(mission, table), name)))
+            device, _, field = name.rpartition(".")
+            owner = next((each for each in mission.devices if each.name == device), None)
+            here = values_of_table.setdefault(
+                name, list(getattr(owner or getattr(mission, table), field))
+            )
             assert isinstance(here, list)
             here[int(axis[0])] = column
+        of_devices = tables.pop("devices", {})
         if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
             tables["battery"] = dict.fromkeys(ENERGIES) | tables["battery"]
         owners = {name: getattr(mission, name) or SECTIONS[name]() for name in tables}
-        changed = {name: owners[name].model_copy(update=own) for name, own in tables.items()}
+        changed: dict[str, object] = {
+            name: owners[name].model_copy(update=own) for name, own in tables.items()
+        }
+        if of_devices:
+            changed["devices"] = tuple(
+                device.model_copy(
+                    update={
+                        key: of_devices[name]
+                        for key in ("position_m", "hover_m")
+                        if (name := f"{device.name}.{key}") in of_devices
+                    }
+                )
+                for device in mission.devices
+            )
         return mission.model_copy(update=changed)
 
     @cached_property
@@ -255,7 +273,7 @@ def as_variants(*networks: Network) -> Variants:
     """
     first, missions = networks[0], [network.mission for network in networks]
     columns = dict[str, Floats]()
-    comparable = numeric_keys() if len(networks) > 1 else ()
+    comparable = numeric_keys(first.mission) if len(networks) > 1 else ()
     for table, keys in groupby(comparable, lambda key: key.partition(".")[0]):
         tables = [getattr(mission, table) for mission in missions]
         if all(each == tables[0] for each in tables[1:]):

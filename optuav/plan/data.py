@@ -25,6 +25,7 @@ CANNOT = "this plan cannot be flown: "
 JUDGES_TOLERANCE = 1e-6  # Share of the capacity by which the judge lets a well pass its limit [-]
 
 OBJECTIVE = ("objective", "objective_unit", "bound")
+RARE = (*OBJECTIVE, "device_order")
 """Fields that a file has where they say something."""
 COLUMNS = (
     *("kind", "start_place", "end_place", "start_s", "duration_s", "current_A", "power_W"),
@@ -103,6 +104,7 @@ class PlanData(Record):
     objective: Figure | None = None
     objective_unit: Text = ""
     bound: Figure | None = None
+    device_order: tuple[Text, ...] | None = None
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:

@@ -15,7 +15,7 @@ from optuav.errors import Fault, InputError, collected, for_console, refuse, saf
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, relative_to, write_text
 from optuav.mission.messages import error_words, path_of, several, shown
-from optuav.plan.data import OBJECTIVE, PlanData
+from optuav.plan.data import RARE, PlanData
 from optuav.plan.summary import TABLE, blocks
 from optuav.presentation.blocks import Block
 from optuav.presentation.presented import Presented
@@ -68,6 +68,8 @@ class Plan(Presented, PlanData):
         Value of the problem's objective, for P1, P3 and P4 the hover time; its unit if one was
         declared; and, where the answer is not proved, a proved bound if one is known. None if
         missing, as in a plan without phases or in an older file.
+    device_order
+        Names of several devices in the order that was asked for; None where none was.
 
     Examples
     --------
@@ -104,7 +106,7 @@ class Plan(Presented, PlanData):
 
     def _data(self, file: Path) -> dict[str, object]:
         """The plan as plain data, which names a table by its path from the folder of a file."""
-        unstated = {name for name in OBJECTIVE if getattr(self, name) in (None, "")}
+        unstated = {name for name in RARE if getattr(self, name) in (None, "")}
         data = self.model_dump(mode="json", exclude={"mission", *unstated})
         phases, mission = data.pop("phases"), self.mission
         derived = {name: getattr(self, name) if self else None for name in DERIVED}

@@ -69,8 +69,10 @@ def verdict(plan: PlanData) -> str:
 def heading(plan: PlanData) -> list[Line]:
     """Mission and question, and status of the answer."""
     way = plan.trajectory and f"trajectory {plan.trajectory}"
-    stated = filter(None, (way, plan.building and f"building {plan.building}", plan.order))
-    question = [plan.problem, *stated, f"perspective {plan.perspective}", counted_in(plan.slot_s)]
+    along = f"devices in the order {', '.join(plan.device_order)}" if plan.device_order else None
+    on = plan.building and f"building {plan.building}"
+    options = [option for option in (way, on, plan.order, along) if option]
+    question = [plan.problem, *options, f"perspective {plan.perspective}", counted_in(plan.slot_s)]
     lines = [("Mission", plan.mission.name), ("Problem", ", ".join(question))]
     if not plan:
         lines.append(("Answer", f"{plan.status.value.upper()} ({plan.proof})"))

@@ -112,7 +112,7 @@ def affine_charge(
     hover, rest = keys
     times = (Exponential({key: 1.0}) for key in (hover, rest))
     terms = (PERSPECTIVES[perspective](given, *times) - given.min_soc).terms
-    return terms[CONSTANT], -terms[hover], terms[rest]
+    return terms[CONSTANT], -terms.get(hover, 0.0), terms.get(rest, 0.0)
 
 
 class Landed(NamedTuple):

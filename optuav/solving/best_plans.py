@@ -28,8 +28,8 @@ from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_af
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import quantities, route_quantities, select, table_entries, transpose
 from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
-from optuav.solving.longest import longest
-from optuav.solving.question import Question, solve_model
+from optuav.solving.longest import longest, shortest_rests
+from optuav.solving.question import MOST_ROWS, Question, count_of_routes, solve_model
 from optuav.solving.ranking import tied
 from optuav.solving.route_models import by_shares, declarations, permitted_routes, routes_by_kind
 from optuav.status import SAME_S, Status
@@ -117,8 +117,11 @@ class TiedPlans(NamedTuple):
 def takes_arrays(mission: Mission, question: Question) -> bool:
     """Return whether `best_plans` answers a question; else each mission is solved separately."""
     problem, through_wells = question.problem, question.perspective not in PAPER
-    compared = isinstance(problem, P2) and through_wells  # with (P1), for its proof
-    return not (question.several or question.searched or compared or mission.battery.takes_turns)
+    # with (P1), for its proof
+    compared = isinstance(problem, P2) and through_wells and not wants_hover(question)
+    many = bool(mission.devices) and count_of_routes(mission, problem) > MOST_ROWS
+    several = question.several or question.searched
+    return not (several or compared or many or mission.battery.takes_turns)
 
 
 def best_plans(variants: Variants, question: Question) -> BestPlans:
@@ -129,7 +132,10 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         permitted_routes(variants, problem, early == 0),
         type(problem) in LONGEST_HOVER_PROBLEMS,
     )
-    if perspective == "wells" or not longest_hover:
+    wanted_s = problem.hover_time_s if isinstance(problem, P2) else None
+    if wanted_s is not None and perspective == AVAILABLE and _always_draws(variants):
+        answers = _shortest_for_hover(variants, able, wanted_s)
+    elif perspective == "wells" or not longest_hover:
         answers = _answered(variants, question, able)
     elif perspective == AVAILABLE:
         answers = _longest_by_wells(variants, able)
@@ -177,6 +183,40 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
     for name, values in plans.items():
         getattr(best, name)[variant[kept]] = values[kept]
     return best
+
+
+def wants_hover(question: Question) -> bool:
+    """Whether a question is for the shortest flight and rest for a hover through the wells."""
+    problem = question.problem
+    wanted = isinstance(problem, P2) and problem.hover_time_s is not None
+    return wanted and question.perspective == AVAILABLE
+
+
+def _always_draws(variants: Variants) -> bool:
+    """Whether every hover takes charge from the battery, and charging is at constant current."""
+    received_A = variants.received[0][:, variants.network.places.hovers]
+    return not route_quantities(variants).tapers and bool(
+        np.all(variants.hover_load.current_A > received_A)
+    )
+
+
+def _shortest_for_hover(variants: Variants, able: Booleans, hover_s: float) -> TiedPlans:
+    """The shortest flights and rests that tie, for a hover time that every hover takes charge for.
+
+    A longer hover never needs less rest then.
+    """
+    table = route_quantities(variants)
+    variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
+    rest_s = np.full(len(route), np.nan)
+    for some, steps in _in_steps(variants, variant, route):
+        rest_s[some] = shortest_rests(steps, len(some), hover_s)
+    known = ~np.isnan(rest_s)
+    variant, route, rest_s = variant[known], route[known], rest_s[known]
+    flown_s = np.broadcast_to(table_entries(table.flight_time_s, variant, route), rest_s.shape)
+    best = tied(variant, flown_s + rest_s)
+    variant, route, rest_s, flown_s = (x[best] for x in (variant, route, rest_s, flown_s))
+    codes = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
+    return TiedPlans(variant, route, np.full(len(route), hover_s), rest_s, *codes, flown_s + rest_s)
 
 
 def hover_times_s(variants: Variants, perspective: Perspective, least_s: float = 0.0) -> Floats:

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from formulations.parameters import QUANTITIES, Landing, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats, plain
-from optuav.engines.bracket import bracket_largest, rows_and_tops, shortest
-from optuav.engines.rows import StatedForm
+from optuav.engines.bracket import rows_and_tops, shortest
+from optuav.engines.rows import Rows, StatedForm
 from optuav.errors import Fault, refuse, shown
 from optuav.fields import Range
 from optuav.mission.messages import unlisted
@@ -209,8 +209,6 @@ def longest(
 
     Those that can be shown without much ado to be shorter than the least of interest are left out.
     """
-    # The limits of (P1) go to the physics as forms rather than being declared as a model,
-    # which takes four times as long for a few itineraries.
     if count > ITINERARIES_AT_ONCE:
         pieces, least_of_all_s = [], np.broadcast_to(least_s, count)
         for batch in np.split(
@@ -219,6 +217,27 @@ def longest(
             values, least_s = subset(given, slice(batch[0], batch[-1] + 1)), least_of_all_s[batch]
             pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
+    rows, x_top, y_top = _rows(given, count)
+    x, y, beyond = known = bracket_largest(rows, x_top, y_top, least=least_s)
+    return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
+
+
+def shortest_rests(given: Quantities, count: int, hover_s: float) -> Floats:
+    """The shortest T' of itineraries for a hover time [s], NaN where there is none."""
+    rests_s = np.full(count, np.nan)
+    for batch in np.split(np.arange(count), range(ITINERARIES_AT_ONCE, count, ITINERARIES_AT_ONCE)):
+        part = given if len(batch) == count else subset(given, slice(batch[0], batch[-1] + 1))
+        rows, x_top, y_top = _rows(part, len(batch))
+        hovers_s = np.full(len(batch), hover_s)
+        found_s = rows.at_x(hovers_s).end(y_top, smallest=True)
+        rests_s[batch] = np.where(hovers_s <= x_top, found_s, np.nan)
+    return rests_s
+
+
+def _rows(given: Quantities, count: int) -> tuple[Rows, Floats, Floats]:
+    """The rows of all limits of itineraries, and how far both times can go [s]."""
+    # The limits of (P1) go to the physics as forms rather than being declared as a model,
+    # which takes four times as long for a few itineraries.
     names = ("hover", "rest") if given.rests else ("hover",)
     times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]
     hover, rest = times if given.rests else (*times, None)
@@ -242,8 +261,7 @@ def longest(
         for e, size in limits
     ]
     rows, (x_top, y_top), _ = rows_and_tops(sized, names, count)
-    x, y, beyond = known = bracket_largest(rows, x_top, y_top, least=least_s)
-    return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
+    return rows, x_top, y_top
 
 
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:

@@ -12,15 +12,24 @@ from optuav.mission import Mission
 from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.solving.balance import TIMES
-from optuav.solving.best_plans import LONGEST_HOVER_PROBLEMS, STATUSES, BestPlans, best_plans
+from optuav.solving.best_plans import (
+    LONGEST_HOVER_PROBLEMS,
+    STATUSES,
+    BestPlans,
+    best_plans,
+    wants_hover,
+)
 from optuav.solving.question import Question, solve_model
 from optuav.solving.route_models import RouteModel, declarations
+
+PROOF_OF_REST = "bracketed: the shortest rest that all limits allow for this hover"
 
 
 def longest_hover(question: Question, network: Network) -> tuple[RouteModel, Solution] | None:
     """The best route of a question of the longest hover, declared, with its best times.
 
-    None of other questions, and where no route has times: why, an engine finds out.
+    So too of the shortest flight and rest for a hover through the wells. None of other questions,
+    and where no route has times: why, an engine finds out.
     """
     if not (_is_known(question, network.mission) and network.routes.flyable.any()):
         return None
@@ -43,7 +52,7 @@ def _bracketed(part: RouteModel, best: BestPlans) -> Solution:
     times = zip(TIMES, (best.hover_time_s, best.rest_time_s), strict=True)
     return Solution(
         engine=bracket.NAME,
-        proof=bracket.PROOF,
+        proof=bracket.PROOF if part.declared.sign > 0 else PROOF_OF_REST,
         declared=part.declared,
         statuses=[STATUSES[best.status[0]]],
         objective=best.objective,
@@ -57,7 +66,7 @@ def _bracketed(part: RouteModel, best: BestPlans) -> Solution:
 def _is_known(question: Question, mission: Mission) -> bool:
     """Whether a question is for the longest hover in continuous times, by any engine."""
     return (
-        type(question.problem) in LONGEST_HOVER_PROBLEMS
+        (type(question.problem) in LONGEST_HOVER_PROBLEMS or wants_hover(question))
         and question.perspective in (*PAPER, AVAILABLE)
         and question.engine == AUTO
         and question.slot_s is None

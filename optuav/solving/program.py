@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Never, SupportsIndex, overload
 import numpy as np
 import numpy.typing as npt
 
+from formulations.p2 import P2
 from formulations.soc import AVAILABLE
 from optuav.arrays import Floats, Integers, plain
 from optuav.engines.linear_form import cut_short
@@ -420,7 +421,8 @@ class Program:
         number, entry = chosen
         solution = solutions[number]
         plan = plan_of(question, network, self.parts[number], solution, entry)
-        if question.problem.name in PROVED:
+        wanted = isinstance(question.problem, P2) and question.problem.hover_time_s is not None
+        if question.problem.name in PROVED and not wanted:
             plan = against_p1(question, network, self.parts, plan)
         best = float(solution.objective[entry])
         beyond = [np.nanmax(s.beyond, initial=best) for s in solutions if s.beyond is not None]

@@ -1,5 +1,6 @@
 """The question about a mission, checked and completed, and the engine that answers it."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from inspect import Parameter, signature
@@ -23,7 +24,15 @@ from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
 from optuav.modelling import Model
-from optuav.options import HOVER_POINTS, ORDERS, SPEEDS, TRAJECTORIES, Perspective, ProblemName
+from optuav.options import (
+    HOVER_POINTS,
+    ORDERS,
+    ORDERS_OF_SEVERAL,
+    SPEEDS,
+    TRAJECTORIES,
+    Perspective,
+    ProblemName,
+)
 
 PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=True), P3())}
 """Names that stand for problems with their defaults."""
@@ -33,8 +42,12 @@ OWN_PROBLEMS: dict[str, type[Formulation] | Formulation] = {}
 """Problems from outside the package by name, as classes or with their fields: `optuav.register`."""
 ASKED = "one perspective, or a list of different ones"
 LIMIT = Range("s", gt=0.0, le=1e9)
+WANTED = Range("s", ge=0.0, le=1e7)
 RESTS = Range("-", ge=0, le=10, whole=True)
 HOVERS = Range("-", ge=1, le=10, whole=True)
+MOST_ROWS = 1 << 13  # Routes over several devices that are compared one by one
+MOST_FREE = 7  # Devices whose orders are all compared
+ONE_DEVICE, WITH_DEVICES = "needs a mission with one device", "with several devices"
 MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
 
 
@@ -183,7 +196,10 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
     problem: object = question.problem
     if isinstance(problem, Formulation):
         if problem.order is not None:
-            yield from unlisted(("order", problem.order, ORDERS))
+            several = mission is None or bool(mission.devices)
+            orders = ORDERS_OF_SEVERAL if several else ORDERS
+            yield from unlisted(("order", problem.order, orders))
+        yield from _faults_of_devices(mission, question)
         if mission is not None and problem.building is not None:
             yield from _building_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
@@ -199,6 +215,9 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
     p1 = question.p1
     if isinstance(problem, P1 | P2):
         yield from unlisted(("trajectory", problem.trajectory, TRAJECTORIES))
+        if isinstance(problem, P2) and problem.hover_time_s is not None:
+            yield from misfits(("hover_time_s", problem.hover_time_s, WANTED))
+            yield from not_with("with a wanted hover_time_s", ("tight", problem.tight, (False,)))
         if problem.order is not None and problem.trajectory == "direct":
             yield Fault("order", shown(problem.order), "the direct route has no rest")
     yield from unlisted(("hover_point", p1.hover_point, HOVER_POINTS))
@@ -233,6 +252,56 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
         )
         yield from not_with("with several stops", *by_default, *searched)
         yield from () if mission is None else _faults_of_stops(mission, question.perspective)
+
+
+def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[Fault]:
+    """An order of devices that is none, and what is not answered for several devices."""
+    problem, p1, wanted = question.problem, question.p1, question.problem.device_order
+    names = [device.name for device in mission.devices] if mission else []
+    if wanted is not None and not (
+        isinstance(wanted, tuple)
+        and all(isinstance(name, str) for name in wanted)
+        and (mission is None or sorted(wanted) == sorted(names))
+    ):
+        known = f"each device once: {', '.join(names)}" if names else "left out with one device"
+        yield Fault("device_order", shown(wanted), f"must be {known}")
+    if not names or mission is None:
+        return
+    if isinstance(problem, Cycle):
+        yield Fault("problem", problem.name, f"{ONE_DEVICE}: a cycle hovers over a single device")
+    if isinstance(problem, P1 | P2):
+        ways = ("trajectory", problem.trajectory, ("optimal", "direct"))
+        yield from not_with(WITH_DEVICES, ways)
+    single = ("stops", p1.stops, (1,)), ("hovers", p1.hovers, (1,))
+    yield from not_with(WITH_DEVICES, *single, ("hover_point", p1.hover_point, ("w_U",)))
+    if isinstance(problem, P1 | P3 | P4):
+        yield from not_with(WITH_DEVICES, ("speed", problem.speed, ("mission",)))
+    if mission.battery.takes_turns:
+        schedule = mission.battery.schedule
+        yield Fault("battery.schedule", shown(schedule), f"must be pooled {WITH_DEVICES}")
+    if wanted is None:
+        yield from _faults_of_orders(mission, question)
+
+
+def _faults_of_orders(mission: Mission, question: Question) -> Iterator[Fault]:
+    """More orders of devices than are compared."""
+    count = len(mission.devices)
+    by_bounds = type(question.problem) in (P1, P3, P4) and question.engine == AUTO
+    by_bounds = by_bounds and question.slot_s is None
+    if count > MOST_FREE:
+        words = f"must name the devices in order, as there are more than {MOST_FREE}"
+        yield Fault("device_order", "", f"{words}: their orders are too many to be compared")
+    elif not by_bounds and (routes := count_of_routes(mission, question.problem)) > MOST_ROWS:
+        words = f"must name the devices in order, as their {routes} routes are compared only for "
+        words += "the longest hover in continuous times, by the engine auto"
+        yield Fault("device_order", "", words)
+
+
+def count_of_routes(mission: Mission, problem: Formulation) -> int:
+    """The number of routes over several devices with at most one rest."""
+    devices = len(mission.devices)
+    orders = math.factorial(devices) if problem.device_order is None else 1
+    return orders * (1 + len(mission.buildings) * (devices + 1))
 
 
 def own_problem_faults(kind: type[Formulation], name: str) -> Iterator[Fault]:

@@ -85,6 +85,7 @@ def plan_for(
         trajectory=question.problem.trajectory,
         building=question.problem.building,
         order=question.problem.order,
+        device_order=question.problem.device_order,
         perspective=question.perspective,
         slot_s=question.slot_s,
         notes=tuple(notes),

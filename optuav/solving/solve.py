@@ -219,7 +219,7 @@ def _program(known: Mission, question: Question, graph: Graph | None) -> Program
 def _network(known: Mission, graph: Graph | None, question: Question) -> Network:
     """The network of a mission, or of its edited graph, with the routes of a question."""
     network = build_network(known) if graph is None else edited_network(known, graph)
-    return with_routes(network, question.problem) if known.devices else network
+    return with_routes(network, question) if known.devices else network
 
 
 def _refuse_graph(question: Question, graph: Graph | None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,13 +18,13 @@ from optuav.arrays import Floats
 from optuav.engines.registry import AUTO
 from optuav.errors import Fault, InputError, SolverError, collected, refuse, require
 from optuav.mission import Mission, load_all
-from optuav.mission.keys import numeric_keys
+from optuav.mission.keys import numeric_keys, range_of
 from optuav.mission.messages import shown
-from optuav.network.network import build_network
-from optuav.network.places import ENDS
+from optuav.network.network import Network, build_network
 from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, BestPlans, best_plans, takes_arrays
+from optuav.solving.device_routes import with_routes
 from optuav.solving.promising_buildings import best_plans_or_all, promising_subset
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
 from optuav.solving.solve import formulate, solve
@@ -68,6 +68,11 @@ class Solved(NamedTuple):
     buildings: list[str]  # Names by number; the last one means none
     facts: Mapping[str, str]
     unit: str = "s"  # Unit of the objective
+
+    @property
+    def rests_between(self) -> bool:
+        """Whether some plans rest between hovers over several devices."""
+        return bool((self.values["order"] == ORDERS.index("hover-first") + 1).any())
 
 
 def batch_arrays(
@@ -115,7 +120,8 @@ def batch_arrays(
     """
     solved = solved_batch(mission, ranges, problem, perspective, paired)
     words = {
-        f"{name}_words": np.array(choices) for name, choices in words_of(solved.buildings).items()
+        f"{name}_words": np.array(choices)
+        for name, choices in words_of(solved.buildings, between=solved.rests_between).items()
     }
     return {**solved.keys, **solved.values, **words}
 
@@ -192,7 +198,8 @@ def labelled(found: Solved) -> xarray.Dataset:
     import pandas as pd
     import xarray
 
-    dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
+    dims, unit = tuple(found.shape), {**units(found.keys), ROOFS: "m"}
+    words = words_of(found.buildings, between=found.rests_between)
     coordinates = dict[str, Any]()
     rows = next((name for name in ("mission", "layout") if name in dims), ROW)
     for key, labels in {**found.labels, **found.keys}.items():
@@ -301,8 +308,10 @@ def variables(
     for place, scenarios, asked in _stacked(every, questions):
         # By route: the direct one first, and no plan, −1, last.
         own_numbers = [numbers[name] for name in scenarios.mission.buildings.names]
-        building = np.array([-1, *np.repeat(own_numbers, 2), -1])
-        order = np.array([0, *(1, 2) * len(own_numbers), 0])
+        last = len(scenarios.mission.served)
+        building = np.array([-1, *np.repeat(own_numbers, last + 1), -1])
+        orders = [1, *[3] * (last - 1), 2]
+        order = np.array([0, *orders * len(own_numbers), 0])
         for first, variants, plans in best_of(scenarios, asked):
             for question, best in enumerate(plans):
                 begin = place * every[0].count + first
@@ -355,17 +364,21 @@ def best_of(
     scenarios: Scenarios, questions: Sequence[Question]
 ) -> Iterator[tuple[int, Variants, list[BestPlans]]]:
     """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
-    few = None
-    if len(questions) == 1 and not scenarios.towns:
+    few, alone = None, len(questions) == 1 and not scenarios.towns
+    devices, routes = bool(scenarios.base.devices), scenarios.network
+    if devices and all(takes_arrays(scenarios.base, question) for question in questions):
+        routes = with_routes(scenarios.network, questions[0])
+    elif alone and not devices:
         tried = scenarios.columns(0, TRIED) if scenarios.count > TRIED else {}
         few = promising_subset(scenarios.network, tried, questions[0])
-    for first, variants in scenarios.variants(few):
+    for first, variants in scenarios.variants(routes if devices else few):
         answers = list[BestPlans]()
         for question in questions:
             if _as_arrays(scenarios.base, question):
                 with suppress(SolverError):  # of one scenario: then each is solved by itself
                     if few is None:
-                        answers.append(best_plans(variants, question))
+                        plans = best_plans(variants, question)
+                        answers.append(_by_place(plans, routes) if devices else plans)
                     else:
                         answers.append(
                             best_plans_or_all(variants, scenarios.network.places, question)
@@ -407,18 +420,34 @@ def best_alone(mission: Mission | InputError, question: Question) -> BestPlans:
         value = soc[name] if name in soc else getattr(plan, name)
         getattr(best, name)[:] = value  # NaN for None
     best.route[:] = 0
-    if rests := [place for place in plan.route if place not in ENDS]:
-        number = mission.buildings.names.index(rests[0])
-        hover_first = plan.route.index("hover") < plan.route.index(rests[0])
-        best.route[:] = 2 * number + 1 + hover_first
+    hovers = [device.name for device in mission.served]
+    stays = plan.route[1:-1]
+    if rests := [place for place in stays if place in {*mission.buildings.names}]:
+        number, first = mission.buildings.names.index(rests[0]), stays.index(rests[0])
+        after = len({*stays[:first]} & {*hovers})
+        best.route[:] = 1 + (len(hovers) + 1) * number + after
     return best
 
 
-def words_of(buildings: list[str]) -> dict[str, list[str]]:
-    """Words by variable and number; the number −1 means the last building."""
+def _by_place(plans: BestPlans, network: Network) -> BestPlans:
+    """Best plans over several devices, with the routes numbered by building and place of the rest.
+
+    The direct routes are 0, and the numbers of no plan −1, as without an order of devices.
+    """
+    routes = network.routes
+    places = 1 + (routes.devices.shape[1] + 1) * routes.building + routes.rest_after
+    number = np.append(np.where(routes.building < 0, 0, places), -1)
+    return replace(plans, route=number[plans.route])
+
+
+def words_of(buildings: list[str], *, between: bool = False) -> dict[str, list[str]]:
+    """Words by variable and number; the number −1 means the last building.
+
+    With several devices the UAV may rest between hovers too.
+    """
     return {
         "building": buildings,
-        "order": [*ORDERS],
+        "order": [*ORDERS, *["between"] * between],
         "status": [status.value for status in STATUSES],
         "reason": [*REASONS.values()],
     }
@@ -434,7 +463,8 @@ def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
     return {"flag_values": numbers, "flag_meanings": meanings, "words": "\n".join(words)}
 
 
-def units() -> dict[str, str]:
-    """Units of all keys as CF writes them."""
-    written = {key: allowed.unit for key, allowed in numeric_keys().items()}
+def units(keys: Iterable[str]) -> dict[str, str]:
+    """Units of all keys of missions, and of places of devices among some, as CF writes them."""
+    ranges = numeric_keys() | {key: x for key in keys if (x := range_of(key)) is not None}
+    written = {key: allowed.unit for key, allowed in ranges.items()}
     return {key: "1" if unit == "-" else unit for key, unit in written.items()}

@@ -26,6 +26,7 @@ from optuav.mission.keys import (
     as_stated,
     keys_of_missing_tables,
     numeric_keys,
+    range_of,
     stated_keys,
     stated_value,
     unknown_keys,
@@ -236,7 +237,8 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
     spreads_found, faults, forms = list[Spread](), list[Fault](), [*dotted(content)]
     names = dict.fromkeys(name for name, _ in forms)
     faults += unknown_keys(names)
-    faults += keys_of_missing_tables(mission, [name for name in names if name in numeric_keys()])
+    numeric = [name for name in names if range_of(name) is not None]
+    faults += keys_of_missing_tables(mission, numeric)
     wrong = {fault.key for fault in faults}
     forms = [(name, form) for name, form in forms if name not in wrong]
     known = _known(mission)

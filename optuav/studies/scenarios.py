@@ -21,7 +21,7 @@ from optuav.mission.keys import (
     PER_SECOND,
     as_stated,
     keys_of_missing_tables,
-    numeric_keys,
+    range_of,
     stated_value,
     unknown_keys,
 )
@@ -195,11 +195,12 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
     if not isinstance(ranges, Mapping):
         faults.append(Fault("ranges", shown(ranges), "values by key in a dict"))
         return {}
-    known, values = numeric_keys(), dict[str, Floats]()
+    values = dict[str, Floats]()
     values_by_key = dict(dotted(ranges))
     faults += unknown_keys(values_by_key)
-    for key in (key for key in values_by_key if key in known):
-        values[key], fault = _column(key, values_by_key[key], known[key])
+    known = ((key, range_of(key)) for key in values_by_key)
+    for key, allowed in ((key, allowed) for key, allowed in known if allowed is not None):
+        values[key], fault = _column(key, values_by_key[key], allowed)
         faults += [fault] if fault else []
     lengths = {len(value) for value in values.values()}
     if paired and len(lengths) > 1:

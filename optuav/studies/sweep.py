@@ -23,7 +23,7 @@ import optuav
 from formulations.soc import PERSPECTIVES
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
-from optuav.mission.keys import numeric_keys
+from optuav.mission.keys import range_of
 from optuav.mission.messages import misfits, path_of, shown
 from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.presented import Presented
@@ -288,10 +288,10 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
         words = f"is not finished: {missing} of {stored.count} parts are missing or damaged"
         raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
     columns = stored.read(
-        range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings)}
+        range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings, between=True)}
     )
     known = {*LABELS, "perspective"}
-    if not known <= columns.keys() <= known | numeric_keys().keys():
+    if not known <= columns.keys() or None in map(range_of, columns.keys() - known):
         raise files.refusal(directory, NOT_OURS)
     # A part has one line for each perspective of each scenario.
     values = {
@@ -316,7 +316,10 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
     part, perspectives, whole = plan.part(number), plan.perspectives, plan.scenarios
     keys, names = whole.values_by_key(part.start, len(part)), whole.mission.buildings.names
     values = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
-    words = {"perspective": [*map(str, perspectives)], **words_of([*names])}
+    words = {
+        "perspective": [*map(str, perspectives)],
+        **words_of([*names], between=bool(whole.mission.devices)),
+    }
     columns: dict[str, Any] = {
         key: np.repeat(column, len(perspectives)) for key, column in keys.items()
     }
@@ -325,7 +328,7 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
     for name, choices in words.items():
         numbers = pa.array(columns[name], mask=columns[name] < 0)
         columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(choices, pa.string()))
-    table, unit_of = pa.table(columns), units() | {name: LABELS[name][1] for name in MEASURED}
+    table, unit_of = pa.table(columns), units(keys) | {name: LABELS[name][1] for name in MEASURED}
     fields = [
         field.with_metadata({"units": unit_of[field.name]}) if field.name in unit_of else field
         for field in table.schema
@@ -525,7 +528,7 @@ def _read_manifest(directory: Path) -> Manifest:
         if (
             faults
             or not (manifest.scenarios <= MOST_SCENARIOS and parts <= MOST_PARTS)
-            or not manifest.grid.keys() <= numeric_keys().keys()
+            or None in map(range_of, manifest.grid)
             or manifest.versions.keys() != {*PACKAGES}
             or not manifest.names
             or manifest.hash != _hash(document)

@@ -428,10 +428,10 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
         repr(program.compile().solve()) == "<Solution by closed-form: optimal, objective 688.848>"
     )
     charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
-    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:36"
-    assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:33"
+    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:39"
+    assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:36"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
-    assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s p3.py:33"
+    assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s p3.py:36"
 
 
 def test_a_check_prints_as_a_table() -> None:
@@ -441,9 +441,9 @@ def test_a_check_prints_as_a_table() -> None:
     assert repr(checks) == "<Checks: 3 constraints, 1 violated>"
     assert str(checks).splitlines() == [
         "constraint            left and right    verdict                 declared at",
-        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   p3.py:36",
-        "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      p3.py:33",
-        "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  p3.py:33",
+        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   p3.py:39",
+        "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      p3.py:36",
+        "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  p3.py:36",
     ]
 
 

@@ -13,7 +13,7 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation, Given
-from formulations.p1 import state_limits
+from formulations.limits import state_limits
 from formulations.soc import PAPER
 from optuav.arrays import Floats
 from optuav.engines import bracket, closed_form
