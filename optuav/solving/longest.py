@@ -12,7 +12,7 @@ import numpy.typing as npt
 from formulations.parameters import QUANTITIES, Landing, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats, plain
-from optuav.engines.bracket import rows_and_tops, shortest
+from optuav.engines.bracket import bracket_largest, rows_and_tops, shortest
 from optuav.engines.rows import Rows, StatedForm
 from optuav.errors import Fault, refuse, shown
 from optuav.fields import Range
