@@ -182,9 +182,11 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
 def _big_m(model: Model, options: Sequence[_Option]) -> None:
     """State the rows on the shared times, switched off by M where their route is not flown."""
     hover, rest = model.variables[:2]
-    ends_s = ((each.route.hover_s[1], each.given.time_left) for each in options)
+    ends_s = ((option.route.hover_s[1], option.given.time_left) for option in options)
     hovers: list[Operand] = [most if math.isfinite(most) else left for most, left in ends_s]
-    rests: list[Operand] = [each.given.time_left if each.given.rests else 0.0 for each in options]
+    rests: list[Operand] = [
+        option.given.time_left if option.given.rests else 0.0 for option in options
+    ]
     most_hover, most_rest = (
         model.let(
             f"most {time.symbol}",

@@ -127,9 +127,9 @@ def hovered_before(given: Quantities, count: int) -> dict[str, Operand]:
     """Figures of the first hovers over several devices, by the second of all hover time Δ."""
     before = given.hovers[:count]
     return {
-        "hover_current_A": sum(each.share * each.current_A for each in before),
-        "hover_power_W": given.hover_power_W * sum(each.share for each in before),
-        "hover_received_W": sum(each.share * each.received_W for each in before),
+        "hover_current_A": sum(flow.share * flow.current_A for flow in before),
+        "hover_power_W": given.hover_power_W * sum(flow.share for flow in before),
+        "hover_received_W": sum(flow.share * flow.received_W for flow in before),
     }
 
 
@@ -154,7 +154,7 @@ def wells_after_steps(given: Quantities, hover: Operand, rest: Operand) -> Seque
     charge, found = start_charge(whole, given), list[Wells]()
     hovers = [Stage(-given.hover_current_A, hover)]
     if given.hovers:
-        hovers = [Stage(-each.current_A, part(each.share, hover)) for each in given.hovers]
+        hovers = [Stage(-flow.current_A, part(flow.share, hover)) for flow in given.hovers]
     stays = {"hover": iter(hovers), "rest": iter([Stage(given.rest_current_A, rest)])}
     for n, step in enumerate(given.steps, start=1):
         stay, stage = (step, next(stays[step])) if isinstance(step, str) else ("", step)
@@ -192,7 +192,7 @@ def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     """
     if isinstance(stage.duration_s, float) and stage.duration_s == 0.0:
         return level
-    if not any(isinstance(each, Expression) for each in (*level, *stage)):
+    if not any(isinstance(part, Expression) for part in (*level, *stage)):
         return kibam.tapered(whole, level, stage)
     constant, full = kibam.step(whole, level, stage), whole.full
     battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s

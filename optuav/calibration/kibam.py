@@ -384,7 +384,7 @@ class SumOfSquares:
         flows = rates[:, None] - np.log(2.0 + np.exp(logits) + np.exp(-logits))
         lags = -logits - rates[:, None]
         both = [np.array([middle - reach, middle + reach])]
-        both += [np.array([each, each]) for each in (logits, flows, lags)]
+        both += [np.array([values, values]) for values in (logits, flows, lags)]
         points = np.reshape(both, (len(both), -1))
         low, high = points.min(axis=1), points.max(axis=1)
         spread = points / np.maximum(high - low, fit.NOTHING)[:, None]

@@ -401,7 +401,7 @@ def _meetable(model: Model, slot_s: float) -> Booleans:
     """Test whether whole slots can add up to the required sums of unknowns, by programme."""
     possible = np.array(True)
     relations = (constraint.relation for constraint in model.constraints)
-    for relation in (each for each in relations if each.sense == "=="):
+    for relation in (candidate for candidate in relations if candidate.sense == "=="):
         with suppress(NotAffineError):
             form, _ = excess(relation, {})
             if all(np.all(coefficient == 1.0) for coefficient in form.coefficients.values()):

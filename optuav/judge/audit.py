@@ -21,7 +21,7 @@ from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent
 
 MOST_SHOWN = 20  # Largest number of items that are printed one by one
 
@@ -73,7 +73,7 @@ class Audit(Judged):
         yield from _items(self)
         yield from self.event_blocks()
         capacity_As = float(self.subject.mission.pool.capacity_As)
-        share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
+        share = f"{figure(TOLERANCE)} of the capacity ({figure(TOLERANCE * capacity_As, 3)} A s)"
         yield Facts([("Tolerance", f"{share}, of a limit, or of a figure")])
 
     def to_frame(self) -> DataFrame:

@@ -104,7 +104,7 @@ def names_of(stated: object) -> list[Any]:
     if isinstance(stated, Buildings):
         return [*stated.names]
     listed = stated if isinstance(stated, list | tuple) else ()
-    return [keys_of(each).get("name") for each in listed]
+    return [keys_of(table).get("name") for table in listed]
 
 
 def keys_in_file(table: str) -> set[str]:

@@ -75,7 +75,9 @@ def traits(model: Model) -> Traits:
     walked, unknowns = model.walked, model.variables
     if isinstance(walked.traits, Traits):
         return walked.traits
-    bounds = [each.lower if isinstance(each.lower, float) else math.nan for each in unknowns]
+    bounds = [
+        unknown.lower if isinstance(unknown.lower, float) else math.nan for unknown in unknowns
+    ]
     integer = any(unknown.binary for unknown in unknowns)
     from_0 = len(unknowns) <= 2 and all(bound == 0.0 for bound in bounds) and not integer
     pairs = zip(unknowns, bounds, strict=True)

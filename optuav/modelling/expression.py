@@ -120,7 +120,9 @@ class Call(Expression):
     arguments: tuple[Operand, ...]
 
     def __post_init__(self) -> None:
-        self.below = tuple([each for each in self.arguments if isinstance(each, Expression)])
+        self.below = tuple(
+            [argument for argument in self.arguments if isinstance(argument, Expression)]
+        )
         self.moves = any(operand.moves for operand in self.below)
 
 

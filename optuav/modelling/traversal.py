@@ -206,7 +206,9 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
         partials = PARTIALS.get(ufunc) or KINKED.get(ufunc)
         if partials is None:
             raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
-        numbers = [each.value if isinstance(each, Slope) else each for each in arguments]
+        numbers = [
+            argument.value if isinstance(argument, Slope) else argument for argument in arguments
+        ]
         value, by = ufunc(*numbers), dict[str, Operand]()
         pair, rates = _levelling(ufunc, arguments) or (arguments, partials(value, *numbers))
         for argument, partial in zip(pair, rates, strict=True):
@@ -231,7 +233,7 @@ def change_by_step(goal: Operand, unknowns: Iterable[Variable], values: Values) 
     except NotImplementedError:
         return 0.0
     largest: Operand = 0.0
-    for unknown in (each for each in unknowns if each.name in by):
+    for unknown in (variable for variable in unknowns if variable.name in by):
         step = 1.0 if unknown.unit == "s" else SHARE * np.abs(values[unknown.name])
         change = np.abs(by[unknown.name]) * step
         largest = np.maximum(largest, np.where(np.isfinite(change), change, 0.0))

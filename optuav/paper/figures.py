@@ -256,7 +256,11 @@ def direct_path(mission: Mission) -> Exhibits:
     plans_found = existing(plans)
     rows: list[Sequence[str]] = [HEAD]
     for name, plan in plans_found.items():
-        values = (plan.hover_time_s, plan.mission_time_s, *(eta(plan, each) for each in PAPER))
+        values = (
+            plan.hover_time_s,
+            plan.mission_time_s,
+            *(eta(plan, perspective) for perspective in PAPER),
+        )
         rows.append((name, *(number(value, 2) for value in values)))
     said = (*grounded(plans_found, "rows"), *missing(plans))
     records, words = _records(plans_found, "deadline"), {"slot_s": mission.limits.slot_s}

@@ -322,7 +322,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
         if not any(known.startswith(name) for known in names_known)
     )
     begun = tuple(name for name in names or [""] if name not in names_known)
-    chosen = (each for each in STATEMENTS if each.name in names or each.name.startswith(begun))
+    chosen = (paper for paper in STATEMENTS if paper.name in names or paper.name.startswith(begun))
     return Ledger(tuple(map(_entry, chosen)))
 
 

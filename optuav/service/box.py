@@ -52,7 +52,9 @@ class Box(NamedTuple):
     @property
     def outside(self) -> tuple[str, ...]:
         """Numbers of the mission itself that do not lie in the box, in words."""
-        now = dict.fromkeys(FACTORS, 1.0) | {each.key.name: each.key.now for each in self.spreads}
+        now = dict.fromkeys(FACTORS, 1.0) | {
+            spread.key.name: spread.key.now for spread in self.spreads
+        }
         return tuple(
             f"{name} = {now[name]:g} of the mission is not in {low:g} to {high:g}"
             for name, (low, high) in self.numbers.items()

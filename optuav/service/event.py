@@ -156,7 +156,7 @@ def event_of(
     refuse(faults)
     longest_s = max((visit.most_s for visit in visits), default=0.0)
     need_handover(overlap_s, longest_s, "the longest hover")
-    spots = [{each.building: each for each in (c.finite_cycle(), *c.visits)} for c in apart]
+    spots = [{visit.building: visit for visit in (c.finite_cycle(), *c.visits)} for c in apart]
     until_s, least, able = 3600.0 * hours, 0, list[DroneRing]()
     tried, tell = itertools.count(), progress or (lambda *_: None)
     for count in range(1, MOST_EVENT_DRONES + 1):
@@ -215,7 +215,9 @@ def _ring(
     at = [{visit.building: visit}, *spots]
     spotted = spots_of(drones, len(at))
     visits = [at[n].get(visit.building) for n in spotted if n < len(at)]
-    able = [each for each in visits if each and each.from_full_s is not None and each.longest_s]
+    able = [
+        visit for visit in visits if visit and visit.from_full_s is not None and visit.longest_s
+    ]
     return DroneRing(tuple(able), until_s, overlap_s) if len(able) == drones else None
 
 
@@ -228,10 +230,10 @@ def _promising(visits: Sequence[Visit]) -> list[Visit]:
     kept, beaten = [*visits[:1]], list[Visit]()
     for visit in sorted(visits[1:], key=lambda visit: (visit.flight_s, visit.flight_As)):
         better = any(
-            each.flight_s <= visit.flight_s
-            and each.flight_As <= visit.flight_As
-            and (each.rest_A >= visit.rest_A or visit.swap_s is not None)
-            for each in kept
+            other.flight_s <= visit.flight_s
+            and other.flight_As <= visit.flight_As
+            and (other.rest_A >= visit.rest_A or visit.swap_s is not None)
+            for other in kept
         )
         (beaten if better else kept).append(visit)
     kept += beaten[: max(BUILDINGS - len(kept), 0)]

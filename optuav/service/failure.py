@@ -99,8 +99,8 @@ class Failure(Result):
         if self.gap_from_s is not None:
             gap = f"{self.gap_s:.2f} s, from {self.gap_from_s:.2f} s on"
         if len(self.gaps_s) > 1:
-            each = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in self.gaps_s)
-            gap = f"{self.gap_s:.2f} s in {len(self.gaps_s)} gaps, {each}"
+            gaps = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in self.gaps_s)
+            gap = f"{self.gap_s:.2f} s in {len(self.gaps_s)} gaps, {gaps}"
         words = [] if self.reason is None else [self.reason]
         if self.roster is not None:
             words[:0] = [f"a gap of {self.new_gap_s:.2f} s with {plural(len(self.rows), 'drone')}"]
@@ -252,8 +252,8 @@ def _new_roster(
     event: EventRoster, drone: int, at_s: float, duties: list[Duty]
 ) -> tuple[EventRoster | None, str | None, float | None]:
     """The roster of the drones that are left, what is to be said of it, and its gap [s]."""
-    flying = [each for duty in duties if (each := _in_the_air(event, duty.drone, at_s))]
-    current = max(flying, key=lambda each: each.row["start_s"], default=None)
+    flying = [in_the_air for duty in duties if (in_the_air := _in_the_air(event, duty.drone, at_s))]
+    current = max(flying, key=lambda drone: drone.row["start_s"], default=None)
     kept = list[EventHover]()
     for row in event.rows:
         out_s = event.cycles[row["drone"] - 1].phases[0].duration_s
@@ -261,9 +261,9 @@ def _new_roster(
             kept += [row] * (current is None or row is not current.row)
         elif row["drone"] == drone and row["start_s"] < at_s:
             kept.append(EventHover({**row, "hover_s": min(row["hover_s"], at_s - row["start_s"])}))
-    found: tuple[EventRoster | None, str | None, float | None] = (None, NONE_FOUND, None)
+    best: tuple[EventRoster | None, str | None, float | None] = (None, NONE_FOUND, None)
     for succession in _successions(event, at_s, duties, current):
-        if found[0] is not None and not succession.apart:
+        if best[0] is not None and not succession.apart:
             continue
         for share in SHARES_OF_LONGEST:
             hovers_s = _hovers_left(event, succession, share)
@@ -273,11 +273,11 @@ def _new_roster(
             if roster is not None and roster.replay().flyable:
                 begin_s, end_s = roster.excused or (at_s, at_s)
                 close = bool(event.separation_m) and not roster.separation_m
-                found = judged(roster), AT_ONE_POINT if close else None, end_s - begin_s
+                best = judged(roster), AT_ONE_POINT if close else None, end_s - begin_s
                 if not close:
-                    return found
+                    return best
                 break
-    return found
+    return best
 
 
 def _successions(
@@ -304,7 +304,7 @@ def _successions(
                 paused = Succession(current, order, at_s, begin_s, pause_s)
                 successions.append((pause_s, paused))
 
-    ordered = [succession for _, succession in sorted(successions, key=lambda each: each[0])]
+    ordered = [succession for _, succession in sorted(successions, key=lambda pair: pair[0])]
     first = [succession for succession in ordered if succession.order in rings]
     apart = (succession for succession in ordered if succession.apart)
     return [*first, *islice(apart, ORDERS)]
@@ -325,7 +325,9 @@ def _roster(
         start_s += hover_s - event.overlap_s + succession.pause_s * (number == 0)
     rows.sort(key=lambda row: row["start_s"])
     for number, row in enumerate(rows):
-        later = (each for each in rows[number + 1 :] if each["drone"] == row["drone"])
+        later = (
+            row_after for row_after in rows[number + 1 :] if row_after["drone"] == row["drone"]
+        )
         if (after := next(later, None)) is not None:
             away_s = after["start_s"] - row["start_s"] - row["hover_s"]
             rest_s = away_s - event.ring.visits[row["drone"] - 1].flight_s

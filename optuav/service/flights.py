@@ -110,16 +110,16 @@ def save_flights(
             with_heights_told(course)
         ).encode()
         notes = *course.notes, *cost
-        for each in visits:
-            title = f"{course.name}, drone {drone} of {event.drones}, visit {each.visit} of "
-            title += f"{len(visits)}: {each.flight.words}"
+        for visit in visits:
+            title = f"{course.name}, drone {drone} of {event.drones}, visit {visit.visit} of "
+            title += f"{len(visits)}: {visit.flight.words}"
             for suffix in MISSIONS:
-                file = folder / f"{each.name}{suffix}"
-                said = (title, _in_words(each), taken_off_with(each.charge), *notes)
-                files |= flight_files(each.flight, file, height_m, course.altitude_m, said)
+                file = folder / f"{visit.name}{suffix}"
+                said = (title, _in_words(visit), taken_off_with(visit.charge), *notes)
+                files |= flight_files(visit.flight, file, height_m, course.altitude_m, said)
         flights += visits
-    flights.sort(key=lambda each: each.clock.take_off)
-    rows = [_row(event, each) for each in flights]
+    flights.sort(key=lambda flight: flight.clock.take_off)
+    rows = [_row(event, flight) for flight in flights]
     files[folder / "roster.csv"] = as_csv(rows).encode()
     files[folder / "roster.ics"] = _calendar(event, flights).encode()
     stale = [file.name for file in folder.glob("drone-*") if file not in files]
@@ -179,9 +179,9 @@ def _of_drone(
         for out, hover, *_, back in visits:
             moments_s = out.start_s - up_s, hover.start_s, hover.end_s, back.end_s + down_s
             clocks.append(Clock(*(later(begin, offset_s + at_s) for at_s in moments_s)))
-        found = flight_charges(plan.mission, plan.phases, climb_m, on_time=True)
-        warnings += short(plan.mission, found, f"drone {drone}")
-        charges += found
+        charges_of_drone = flight_charges(plan.mission, plan.phases, climb_m, on_time=True)
+        warnings += short(plan.mission, charges_of_drone, f"drone {drone}")
+        charges += charges_of_drone
         back_s = offset_s + plan.phases[-1].end_s
         steps += (
             step._replace(place=event.building) if step.place in ROUTE_ENDS else step

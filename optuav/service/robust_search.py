@@ -135,13 +135,15 @@ class Search:
             margins.append(soc - emptiest.min_soc)
         if self.question.perspective == AVAILABLE:
             shares = [
-                each.available_As / emptiest.battery_As
-                for each in wells_after_steps(emptiest, *times_s)
+                wells.available_As / emptiest.battery_As
+                for wells in wells_after_steps(emptiest, *times_s)
             ]
             margins.append(np.min(np.broadcast_arrays(*shares), axis=0))
-            for step, each in zip(fullest.steps, wells_after_steps(fullest, *times_s), strict=True):
+            for step, wells in zip(
+                fullest.steps, wells_after_steps(fullest, *times_s), strict=True
+            ):
                 if isinstance(step, str):
-                    above = each.available_As / fullest.battery_As
+                    above = wells.available_As / fullest.battery_As
                     margins.append(fullest.available_fraction - above)
         return np.where(able, np.stack(np.broadcast_arrays(*margins, able)[:-1]), -np.inf)
 
@@ -228,7 +230,7 @@ class Search:
         """
         tables, able = quantities_at(variants, routes, points)
         emptiest, perspective = tables[0], self.question.perspective
-        for landing in (each for each in emptiest.landings if not each.stays):
+        for landing in (stage for stage in emptiest.landings if not stage.stays):
             left = soc_on_landing(emptiest, perspective, landing, 0.0, 0.0)
             able = able & (left >= emptiest.min_soc - KEPT)
         size = points.count * len(routes)

@@ -17,7 +17,7 @@ from optuav.mission.messages import misfits, plural, shown, unlisted
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent
 from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.studies.batch import best_of
@@ -339,7 +339,7 @@ def _range(now: float, low: float, high: float) -> str:
     """Return a range as percent of the value if it is even, else by its ends."""
     if now and math.isclose(now - low, high - now, rel_tol=1e-9):
         return f"±{percent(abs((high - now) / now))}"
-    ends = (f"{end:.0f}" if 1e4 <= abs(end) < 1e6 else f"{end:.4g}" for end in (low, high))
+    ends = (fixed(end, 0) if 1e4 <= abs(end) < 1e6 else figure(end, 4) for end in (low, high))
     return " to ".join(ends)
 
 

@@ -26,7 +26,7 @@ def test_yes(itinerary: Path) -> None:
     found = run("audit", str(itinerary))
     assert found.code == 0
     assert found.out.startswith("FLYABLE")
-    assert "Tolerance    1e-06 of the capacity" in found.out
+    assert "Tolerance    1e−06 of the capacity" in found.out
 
 
 def test_no_with_time_value_and_limit(itinerary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,9 +34,9 @@ def test_no_with_time_value_and_limit(itinerary: Path, monkeypatch: pytest.Monke
     monkeypatch.chdir(itinerary.parent)
     found = run("audit", itinerary.name)
     assert found.code == 1
-    assert "660.26 s  the available well runs dry: -" in found.out
+    assert "660.26 s  the available well runs dry: −" in found.out
     # The well is emptiest when the mission ends.
-    assert re.search(r"dry: -\d+\.\d+ at 725\.79 s, at least 0 A s", words(found.out))
+    assert re.search(r"dry: −\d+\.\d+ at 725\.79 s, at least 0 A s", words(found.out))
     assert widest(found.out) <= WIDTH
 
 

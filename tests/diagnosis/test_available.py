@@ -103,7 +103,7 @@ def test_only_what_unknowns_move_binds_or_is_to_spare() -> None:
     words = str(explained)
     assert "in flight to b10, the least of 8 such moments" in " ".join(words.split())
     assert max(map(len, words.splitlines())) <= 80
-    assert "1e-06 1/s more of the flow between the wells gives 0.252 s" in words
+    assert "1e−06 1/s more of the flow between the wells gives 0.252 s" in words
 
 
 def test_packs_that_take_turns_are_not_explained_by_constraints() -> None:

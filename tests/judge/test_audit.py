@@ -231,7 +231,7 @@ def test_an_itinerary_of_somebody_else(tmp_path: Path) -> None:
     assert judged
     assert isinstance(judged.subject, Itinerary)
     assert judged.subject.stops[1] == Stop("hover", "hover", 605.4)
-    assert "1e-06 of the capacity (0.072 A s)" in str(judged)
+    assert "1e−06 of the capacity (0.072 A s)" in str(judged)
 
     optuav.load("paper").replace({"limits.deadline_s": 1100}).save(tmp_path / "mine.toml")
     nearby = itinerary(tmp_path, f'schema = 1\nmission = "mine.toml"\n{STOPS}')

@@ -469,8 +469,8 @@ def test_both_sides_of_a_kink_are_shown_below_the_table(monkeypatch: pytest.Monk
     """With its rates below and above the value, on a row that would have no room for two."""
     monkeypatch.setattr("optuav.studies.sensitivity.MOST_ROWS", 24)
     text = " ".join(str(of("paper")).split())
-    assert "-0.001 kink" in text
-    assert "Local on either side: link.device_m[0] -0.012 below, +0.003 above;" in text
+    assert "−0.001 kink" in text
+    assert "Local on either side: link.device_m[0] −0.012 below, +0.003 above;" in text
 
 
 @settings(max_examples=2, deadline=None)
