@@ -390,7 +390,10 @@ def wells(plan: optuav.Plan) -> Any:
         (NoWay, r"NoWay.leg: must be defined as leg\(self, way_m\)"),
         (Nameless, "flight model name = '': the flight model needs a name of letters"),
         (Taken, "flight model = 'rotors': must be a name of its own, none of the package"),
-        (WrongForm, r"WrongForm.table = the class Body: the form of \[flight\], a subclass of Fli"),
+        (
+            WrongForm,
+            r"WrongForm.table = the class Body: must be the form of \[flight\], a subclass",
+        ),
         (Misnamed, "OtherName.model = 'skips': its model must be Literal.\"hops\""),
         (NotDecorated, r"NotDecorated.body: is not set .* decorate the class with @dataclass\("),
         (NoTable, r"NoTable\(battry\): must be the name of a table .*; did you mean 'battery'"),
@@ -403,7 +406,10 @@ def wells(plan: optuav.Plan) -> Any:
         (NoKey, "NoKey.refuses = 'sails': is no table of a mission; they are route, limits"),
         (Starred, r"Starred\(tables\): must be a parameter that is given by its name"),
         (Dark, "Dark: must define enough_W, received_W, as Beam declares"),
-        (Dark, r"Dark.table = the class FlightTable: the form of \[laser\], a subclass of LaserT"),
+        (
+            Dark,
+            r"Dark.table = the class FlightTable: must be the form of \[laser\], a sub",
+        ),
         (NoDeclare, r"problem = NoDeclare: must define declare\(self, model, given\)"),
         (Few, r"problem = Few: its declare must accept a model and the given quantities"),
         (Third, "problem = Third: must subclass Formulation itself"),
@@ -507,7 +513,9 @@ def test_a_picture_that_draws_nothing_is_named(tmp_path: Path) -> None:
     def empty(plan: optuav.Plan) -> None:
         """No picture."""
 
-    with pytest.raises(InputError, match=r"empty = None: axes as a function of optuav.plots ret"):
+    with pytest.raises(
+        InputError, match=r"empty = None: must be axes as a function of optuav.plots"
+    ):
         optuav.plots.save_pictures(optuav.solve("paper", "P3"), tmp_path)
     assert not [*tmp_path.iterdir()]
 

@@ -34,7 +34,7 @@ LEAST_ROOM, ROOM = 24, 36  # Columns for a last cell, and for one that is long, 
 
 
 def line_width(most: int = 80) -> int:
-    """The width that COLUMNS asks for; else the terminal's, 60 to 120; `most` without a terminal."""
+    """The width of COLUMNS; else of the terminal, 60 to 120; without a terminal `most`."""
     from shutil import get_terminal_size
 
     columns = get_terminal_size((0, 0)).columns or most

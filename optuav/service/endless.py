@@ -165,14 +165,15 @@ class EndlessCycle(Result):
         times_s = {"hover": self.hover_s, "flight": self.flight_s, "rest": self.rest_s}
         times = ", ".join(f"{name} {time_s:.2f} s" for name, time_s in times_s.items())
         departing, landing = map(percent, (self.soc_at_departure, self.soc_at_landing))
+        share = f"{percent(self.share)} of the time, at most {percent(self.bound)}"
+        if self.limit_share < 1.0:
+            share += f"; {percent(self.limit_share)} if flights cost nothing"
         facts = [
-            ("Share", f"{percent(self.share)} of the time, at most {percent(self.bound)}"),
+            ("Share", share),
             ("Building", printable(self.building)),
             ("Cycle", f"{times}: {self.period_s:.2f} s"),
             ("Charge", f"{departing} at departure, {landing} at landing"),
         ]
-        if self.limit_share < 1.0:
-            facts.append(("If legs cost nothing", f"{percent(self.limit_share)} of the time"))
         yield Facts([*facts, *calm, ("Proof", f"{self.status}: {self.proof}")])
         rows = (
             (row["kind"], row["duration_s"], row["available_As"], row["bound_As"])

@@ -63,7 +63,7 @@ class SpeedComparison(Comparison):
         yield Heading(
             f"{self.mission.name}: longest hover by speed of the legs, {self.perspective}"
         )
-        yield Note([longest_of([(row["method"], row) for row in self.rows])])
+        yield Note([longest_of([(row["method"].replace(", ", " by "), row) for row in self.rows])])
         rows = list[list[str]]()
         for row in self.rows:
             speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"

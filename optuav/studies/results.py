@@ -143,7 +143,7 @@ def longest_of(answers: Sequence[tuple[str, ComparedAnswer]]) -> str:
     shown = flown if any(row["hover_time_s"] is not None for _, row in flown) else answers
     known_s = {name: row["hover_time_s"] for name, row in shown if row["hover_time_s"] is not None}
     if not known_s:
-        return "Longest      none of them has a plan"
+        return "Longest      there is no plan"
     longest_s = max(known_s.values())
     names = " and ".join(name for name, s in known_s.items() if s > longest_s - SAME_S)
     fails = "" if shown is flown else ", which cannot be flown"

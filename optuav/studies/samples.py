@@ -321,9 +321,7 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if not isinstance(along, list) or not all(isinstance(key_along, str) for key_along in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
     if along and key.now == 0.0:
-        raise InputError(
-            [Fault(f"{name}.along", shown(along), "is 0, and nothing varies along with 0")]
-        )
+        raise InputError([Fault(f"{name}.along", shown(along), "must not vary along with 0")])
     likely, deviation = numbers.get("likely"), numbers.get("deviation")
     reach = abs(key.now) * numbers.get("percent", 0.0) / 100.0 + DEVIATIONS * (deviation or 0.0)
     low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)

@@ -52,8 +52,8 @@ ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
 LONGEST_KEY = 34
 
 HEADS = (
-    "Δ low, Δ high: hover [s] at both ends of the range; % by 1 %: hover in percent per percent of "
-    "the key, over the range; local: the same at the mission's own value"
+    "Δ low, Δ high: hover [s] at the ends of the range. % by 1 %: percent of hover per percent of "
+    "the key, over the range. local: the same at the mission's value."
 )
 
 
@@ -129,9 +129,9 @@ class Sensitivity(Result):
 
     def _below(self, rows: Sequence[Effect]) -> Iterator[str]:
         """Yield the lines below the table of some rows."""
-        yield HEADS
         if more := len(self.rows) - len(rows):
             yield f"and {more} more with smaller effects"
+        yield HEADS
         if kinks := [row for row in rows if row["has_kink"] or row["at_end"]]:
             sides = (
                 f"{row['key']} {_rate(row['local_less'])} below, {_rate(row['local_more'])} above"

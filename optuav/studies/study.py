@@ -136,9 +136,7 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     perspectives = perspectives_of(study.perspective, faults)
     faults += unlisted(("engine", study.engine, (AUTO, *engine_names())))
     if not (study.grid or study.paired or study.samples):
-        faults.append(
-            Fault("grid", "", "must have keys with values, unless [paired] or [samples] has")
-        )
+        faults.append(Fault("grid", "", "must have values, or [paired] or [samples]"))
     if study.paired and study.samples:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
     if path in (STANDARD, Path()) and not study.output:

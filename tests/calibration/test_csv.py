@@ -68,7 +68,7 @@ def test_all_faults_come_at_once(file: Path) -> None:
     """Gap, NaN, text, infinity, a short line and absurd sizes: one fault a rule, with its lines."""
     text = "time_s,current_A\n0,1\n1,\n2,nan\n3,much\n4,inf\n5\n6,1e300\n7,-1e-300\n"
     assert faults(file, text) == [
-        "log.csv, line 7: cells = 1: as many as in the header, 2",
+        "log.csv, line 7: cells = 1: must be as many as in the header, 2",
         "log.csv, lines 3 to 6, 8, 9: current_A = an empty cell, …, -1e-300: "
         "must be a number, 0 or 1e-9 to 1e10 in SI units",
     ]
@@ -120,7 +120,7 @@ def test_a_number_has_plain_digits(number: str, file: Path) -> None:
     [
         ("time_s,current_A\n0," + "1" * 140_000, "line 2: has more than 10000 characters"),
         ("x," * 4_900 + "\n1\n", "column = 'x': must be a known column"),
-        ("time_s,current_A\n" + "1\n" * 1_000_000, "cells = 1: as many as in the header, 2"),
+        ("time_s,current_A\n" + "1\n" * 1_000_000, "cells = 1: must be as many as in the header, 2"),
         ("\x1b[31m,\x1b]0;x\x07\n1,2\n", "column = '\\x1b[31m': must be a known column"),
         (
             "time_s,current_A\n0,\x1b[31m\n",

@@ -187,14 +187,14 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
         "free.flight.acceleration_m_s2 = -1: must be a number, x > 0",
         "flight.flight_curent_A",
         "tied.flight.charge_power_W = 3: must be a list",
-        "tied.flight.charge_current_A = 'wind.force_N': products of keys that are numbers",
+        "tied.flight.charge_current_A = 'wind.force_N': must be products of keys that are numbers",
         "tied.flight.charge_current_A = 'flight.nope': products",
         "resolution.flight_time = 1: must be 'flight_time_s', 'mission_time_s'",
         "hover_time_s = -5: must be a number, x >= 0",
         "laser = 3: must be true or false",
         "given.building: is missing: where the drone rested",
         "fit.battery_percent = 'much': must be a number",
-        "resolution.flight_time_s: the step",
+        "resolution.flight_time_s: must be the step",
     ):
         assert words in text, words
 
@@ -354,7 +354,7 @@ def test_one_missing_resolution_is_one_fault(tmp_path: Path) -> None:
         optuav.fit_table([file])
     key, resolution = (str(fault).removeprefix(f"{file}: ") for fault in caught.value.faults)
     assert key == "flight.nope = 3.0: unknown key"
-    assert resolution.startswith("resolution.battery_percent: the step")
+    assert resolution.startswith("resolution.battery_percent: must be the step")
     assert resolution.endswith("for 4 numbers")
 
 

@@ -122,7 +122,10 @@ def test_no_plan_anywhere_is_an_honest_no() -> None:
             ("--over", "laser", "--step", "0"),
             "--step = 0.0: must be a number, 0.001 <= x <= 1e6 [m]",
         ),
-        (("--over", "laser", "--step", "1", "--bounds", "a,b"), "--bounds = 'a,b': four numbers"),
+        (
+            ("--over", "laser", "--step", "1", "--bounds", "a,b"),
+            "--bounds = 'a,b': must be four numbers",
+        ),
         (
             ("--over", "laser", "--step", "9", "--save", "a.png"),
             "--save = 'a.png': must be a name that",

@@ -323,7 +323,7 @@ def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     assert flight.hover_power_W == pytest.approx(900, abs=0.01)
     assert flight.flight_current_A == pytest.approx(22.0 / (32.56 / 60), rel=1e-5)
     both = refused("new", "w.toml", "--from", "regimes", *SHEET, "--hover-power-W", "900")
-    assert "--hover-power-W = 900.0: either --hover-power-W or --hover-min" in both
+    assert "--hover-power-W = 900.0: must be either --hover-power-W or --hover-min" in both
     text = Path("mine.toml").read_text("utf-8")
     assert "# hover_power_W = 900\n" in text, "what was stated"
     assert "# hover_min" not in text

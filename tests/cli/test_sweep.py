@@ -176,7 +176,7 @@ def test_faults_are_said_at_once_by_the_names_of_the_options(study: Path) -> Non
     assert "colour = 3: unknown key" in both
     study.write_text(STUDY)
     said = refused("sweep", str(study), "--scheduler", "nonsense")
-    assert "--scheduler = 'nonsense': the address of a Dask scheduler" in said
+    assert "--scheduler = 'nonsense': must be the address of a Dask scheduler" in said
 
 
 def test_a_bar_with_a_unit_shows_the_rate_and_the_time_left(

@@ -115,11 +115,11 @@ Feasible if  one of these holds:
              limits.deadline_s >= 75.8                     now 60
              link.transmit_power_W >= 109                  now 5
              link.snr_threshold_dB <= -22                  now -11
-             link.noise_power_W <= 8.08e-06                now 0.0001
              body.mass_kg <= 0.931                         now 1.3
              1240 <= rotor.max_speed_rad_s <= 110000       now 1060
              link.path_loss_exponent <= 1.66               now 2
              rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
+             link.noise_power_W <= 8.08e-06                now 0.0001
              each is a single change; places were not moved"""
 
 

@@ -27,9 +27,8 @@ Rest          392.14 s   at b1, from 14.46 s
 Flight         88.32 s   3 legs, up to 154.9 m/s
 Mission      1200.00 s   exactly at the deadline
 Route        origin → b1 → hover → destination
-Charge left  of the battery, by perspective: battery 5 %, energy −21.38 %,
-             adjusted 5 %
-Binding      P1.b state of charge; P1.d hover time
+Charge left  5 % of the battery
+Binding      state of charge; hover time
 
 what    where                start s   for s        A      W  avail. %  bound %
 flight  origin → b1             0.00   14.46   −98.99  −1583      97.5    100.0

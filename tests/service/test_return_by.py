@@ -50,7 +50,7 @@ def test_what_the_laser_gives_is_said_and_lost_without_it() -> None:
 def test_an_empty_well_has_no_sign() -> None:
     """What rounding leaves of an empty well is 0.0, not −0.0."""
     times = optuav.return_by("paper")
-    assert "y2 = 0.0 A s" in str(replace(times, bound_As=-1e-12))
+    assert " 0.0 A s in the bound one" in str(replace(times, bound_As=-1e-12))
 
 
 def test_the_picture_marks_the_last_moments() -> None:

@@ -134,7 +134,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
     file = points(tmp_path, *PLACES)
     other = HERE.replace({"earth.latitude_deg": 50.0})
     for missions in (["paper"], [HERE, other]):
-        with pytest.raises(InputError, match="crs: the same for all missions"):
+        with pytest.raises(InputError, match="crs: must be the same for all missions"):
             optuav.place_laser(missions, file)
     with pytest.raises(InputError, match=r"features\[0\].properties.z_m = 'high'"):
         candidates_of(points(tmp_path, *PLACES, z_m="high"), [HERE])

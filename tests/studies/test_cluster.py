@@ -100,7 +100,7 @@ def test_no_scheduler_is_one_error_in_time(address: str, monkeypatch: pytest.Mon
     with socket.create_server(("127.0.0.1", 0)) as free:
         address = address.format(free=free.getsockname()[1])
     began_s = time.monotonic()
-    with pytest.raises(InputError, match=r"scheduler = '.*': the address of a Dask scheduler"):
+    with pytest.raises(InputError, match=r"scheduler = '.*': must be the address of a Dask"):
         list(cluster.results(lambda n: n, [1], 1, address))
     assert time.monotonic() - began_s < 10.0
 

@@ -130,7 +130,7 @@ def test_whether_a_plan_flies_stands_beside_its_name(of_paper: Comparison) -> No
     """A phone shows the first columns of a wide table."""
     heads = re.findall(r"<th[^>]*>([^<]*)", of_paper._repr_html_())
     assert heads[:3] == ["perspective", "trajectory", "flies"]
-    assert str(of_paper).splitlines()[2].split()[:3] == ["perspective", "trajectory", "flies"]
+    assert str(of_paper).splitlines()[4].split()[:3] == ["perspective", "trajectory", "flies"]
 
 
 def test_where_there_is_no_plan_the_table_says_why() -> None:
@@ -166,7 +166,8 @@ def test_printed_it_fits_80_columns(table2: Comparison) -> None:
     lines = str(table2).splitlines()
     assert max(map(len, lines)) <= 80
     assert lines[0] == "paper-table2: longest hover by perspective and trajectory, slots of 1 s"
-    first = re.split("  +", lines[3])
+    assert lines[2].startswith("Longest      ")  # The verdict comes first
+    first = re.split("  +", lines[5])
     assert first[:2] == ["battery", "direct"]
     assert first[2].startswith("dry ")
     assert first[3:7] == ["950.00", "0.00", "1009.35", "5.09"]
@@ -180,7 +181,7 @@ def of_paper() -> Comparison:
 
 def flies_in(found: Comparison) -> list[str]:
     """The first column after the labels."""
-    head, *lines = str(found).splitlines()[2 : 3 + len(found.rows)]
+    head, *lines = str(found).splitlines()[4 : 5 + len(found.rows)]
     return [line[head.index("flies") :].partition("  ")[0] for line in lines]
 
 
@@ -190,7 +191,10 @@ def test_the_text_shows_what_can_be_flown_and_how_each_is_known(of_paper: Compar
     overfull = ["full 364 s", "full 157 s", "full 157 s"]
     charge_only = ["dry 660 s", *overfull]
     assert flies == [*charge_only, "yes", *overfull, *charge_only, *["yes"] * 4]
-    assert str(of_paper).splitlines()[20:] == [
+    assert str(of_paper).splitlines()[2] == (
+        "Longest      597.27 s of hover: available traj1 and available optimal"
+    )
+    assert str(of_paper).splitlines()[22:] == [
         "dry: cannot be flown, no available charge is left then",
         "full: cannot be flown, charging would drive the available well past full",
         "",
@@ -204,7 +208,7 @@ def test_plans_of_one_perspective_that_are_known_otherwise_are_named() -> None:
     """At 80 s the direct flight alone leaves time: a plan by one proof, none by another."""
     late = optuav.load("paper").replace({"limits.deadline_s": 80})
     lines = str(optuav.compare(late, by="trajectory", perspective="available")).splitlines()
-    known = " ".join(" ".join(lines[8:10]).split())
+    known = " ".join(" ".join(lines[10:12]).split())
     assert known.startswith(
         "available: bracketed: a feasible time, and proof that none is longer; "
     )
@@ -250,8 +254,8 @@ def test_long_names_of_roofs_give_way_to_every_figure() -> None:
         for mission in (paper, optuav.Mission.from_dict(data))
     )
     assert max(map(len, long)) <= 80
-    assert long[9].endswith("  roof b9 of the national…")
-    for was, figures in zip(short[2:7], long[2:7], strict=True):
+    assert long[11].endswith("  roof b9 of the national…")
+    for was, figures in zip(short[4:9], long[4:9], strict=True):
         assert was.startswith(f"{figures}  ")
 
 
@@ -378,8 +382,8 @@ def test_batteries_that_not_all_engines_take_are_refused_with_all_their_settings
 
 def test_an_engine_that_is_not_compared_is_refused() -> None:
     """An engine for linear programmes is not left out of `available` in silence."""
-    words = "engines = 'cvxpy': some of bracket, casadi, grid in the perspective available"
+    words = "engines = 'cvxpy': must be some of bracket, casadi, grid in the perspective available"
     with pytest.raises(InputError, match=words):
         optuav.compare("paper", engines=["cvxpy"], slots_s=[60.0])
-    with pytest.raises(InputError, match="engines = 'bracket': some of closed-form, cvxpy"):
+    with pytest.raises(InputError, match="engines = 'bracket': must be some of closed-form, cvxpy"):
         optuav.compare("paper", engines=["bracket"], slots_s=[60.0], perspective="battery")

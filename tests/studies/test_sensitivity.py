@@ -309,7 +309,7 @@ def test_packs_that_take_turns_are_not_taken_for_pooled_ones(
 ) -> None:
     """On these the longest hover takes a search of seconds, for every sample."""
     mission = optuav.load("paper").replace({"battery.schedule": "sequential", "battery.packs": 2})
-    with pytest.raises(InputError, match=r"battery\.schedule = 'sequential': pooled, or"):
+    with pytest.raises(InputError, match=r"battery\.schedule = 'sequential': must be pooled, or"):
         optuav.sensitivity(mission)
     limits = [each for each in unstated(mission) if each.key.name.startswith("limits.")]
     monkeypatch.setattr("optuav.studies.sensitivity.unstated", lambda _: limits)
