@@ -271,6 +271,11 @@ def illustrate(app: Any, tree: nodes.document, page: str) -> None:
         first.parent.insert(0, nodes.raw("", shown, format="html"))
 
 
+def outdated(app: Any, env: Any, added: Any, changed: Any, removed: Any) -> tuple[str, ...]:
+    """Lists of pages are written whenever the site is built: pictures of others may be new."""
+    return LISTS
+
+
 def first_picture(app: Any, page: str) -> Image.Image | None:
     """The first picture of a page, a file or in the HTML of a cell; None without one."""
     for node in app.env.get_doctree(page).findall():
@@ -395,6 +400,7 @@ def setup(app: Any) -> None:
     copy_pages()
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
+    app.connect("env-get-outdated", outdated)
     app.connect("doctree-resolved", describe)
     app.connect("doctree-resolved", illustrate)
     app.connect("html-page-context", complete_page)
