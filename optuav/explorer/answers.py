@@ -50,7 +50,7 @@ from optuav.plan.summary import facts
 from optuav.presentation.numbers import percent
 from optuav.solving import Program, formulate
 from optuav.solving.program import route_model_of
-from optuav.solving.route_plan import replayed, route_plan
+from optuav.solving.route_plan import route_plan
 from optuav.status import Status
 
 MOST_STEPS = 16  # Steps along the longer side of a map
@@ -132,7 +132,7 @@ def _flight(program: Program, none: Plan) -> Plan | None:
     known = {"engine": "", "proof": none.proof, "status": Status.FEASIBLE}
     route = int(part.routes[entry])
     flight = route_plan(program.question, program.network, route, (0.0, 0.0), **known)
-    return replayed(flight, must_fly=False)
+    return flight.model_copy(update={"flyable": not flight.warnings})
 
 
 def _control(control: Control, mission: Mission, still: Mapping[str, KeyWithoutEffect]) -> Data:
@@ -207,7 +207,7 @@ def _wells(plan: Plan, *, alone: bool) -> Data:
 
     A flight that is drawn alone, as there is no plan, ends where it falls.
     """
-    course, dry_s = thinned(wells_over_plan(plan)), plan.runs_dry_s
+    course, (dry_s, overfull_s) = thinned(wells_over_plan(plan)), plan.limits_passed_s()
     if alone and dry_s is not None:  # Nothing flies on from there
         before = course.time_s < dry_s
         ends = (np.interp(dry_s, course.time_s, values) for values in course)
@@ -256,7 +256,7 @@ def _wells(plan: Plan, *, alone: bool) -> Data:
             for e in plan.phases
         ],
         "dry_s": dry_s,
-        "overfull_s": plan.overfull_s,
+        "overfull_s": overfull_s,
     }
 
 

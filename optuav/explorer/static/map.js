@@ -23,10 +23,7 @@ const FALL = [
   {down: 86, aside: 5, opacity: 1, turn: 55},
 ];
 const FALLEN_PX = 118; // Where it says so
-const DRONE = [ // Arms with their rotors, and the body
-  {d: "M-13,-4H13M-13,-4V-8M13,-4V-8M-20,-8H-6M6,-8H20", fill: "none"},
-  {d: "M-8,-5H8V4H-8Z", "stroke-width": 1},
-];
+const ROTORS = [[-11, -7], [11, -7], [-11, 7], [11, 7]];
 
 export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
   const {across, up, scale, step} = frameOf(axes, look);
@@ -299,7 +296,8 @@ function positionAt(map, phases, time) {
 
 function drawCraft(parent, x, y, {opacity, turn}, role, u) {
   const transform = `translate(${x} ${y}) rotate(${turn}) scale(${u})`;
-  const look = {opacity, stroke: colour(role), "stroke-width": 2.4, "stroke-linecap": "round"};
-  const craft = shape(parent, "g", {transform, ...look, fill: colour(role)});
-  for (const part of DRONE) shape(craft, "path", part);
+  const look = {opacity, stroke: colour(role), "stroke-width": 2.5, fill: "none"};
+  const craft = shape(parent, "g", {transform, ...look});
+  shape(craft, "path", {d: "M-9,-6L9,6M-9,6L9,-6"});
+  for (const [cx, cy] of ROTORS) shape(craft, "circle", {cx, cy, r: 4.5});
 }
