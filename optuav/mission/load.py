@@ -109,7 +109,7 @@ def shipped() -> tuple[str, ...]:
     --------
     >>> import optuav
     >>> optuav.shipped()
-    ('matrice350', 'paper', 'paper-drag', 'paper-table2', 'relay-today')
+    ('matrice350', 'paper', 'paper-drag', 'paper-table2', 'relay-today', 'three-sensors')
     """
     return tuple(SHIPPED)
 
