@@ -366,7 +366,7 @@ def test_a_device_out_of_reach_is_named() -> None:
 
 def test_the_judge_catches_every_broken_rule() -> None:
     """A device left out, hovered over twice, too short, out of reach; a rest too many."""
-    hover_s = 200.0
+    hover_s = 150.0
 
     def kinds(*stops: optuav.Stop, mission: optuav.Mission = THREE) -> set[str]:
         verdict = optuav.audit(optuav.Itinerary(mission, stops))
