@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from optuav.cli.options import by_flags, numbers_in
 from optuav.cli.output import check_places, deliver, say
-from optuav.errors import Fault, InputError, collected, refuse
+from optuav.errors import Fault, InputError, collected, refuse, shown
 from optuav.presentation.blocks import Note
 
 if TYPE_CHECKING:
@@ -23,12 +23,23 @@ FAR_M = 5000.0  # A place this far from all buildings is hardly meant [m]
 
 @dataclass(frozen=True)
 class Site:
-    """Options of ``optuav city``: places as longitude, latitude [deg] and height [m]."""
+    """Options of ``optuav city``: places as longitude, latitude [deg] and height [m].
+
+    One device, or a table of several.
+    """
 
     origin: str
     destination: str
-    device: str
     laser: str
+    device: str | None = None
+    devices: Path | None = None
+
+    @property
+    def stated(self) -> dict[str, str]:
+        """The places that are stated, by name."""
+        places = {"origin": self.origin, "destination": self.destination}
+        places |= {} if self.device is None else {"device": self.device}
+        return {**places, "laser": self.laser}
 
 
 @dataclass(frozen=True)
@@ -61,7 +72,14 @@ def city(
     printed = save in (None, STANDARD)
     faults = [Fault("--json", "", "goes with --save FILE")] if as_json and printed else []
     base, town, places = _read(file, site, map, source, faults)
+    devices = places.pop("devices", [])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
+    served: dict[str, Any] = {"route.hover_m": None, "link.device_m": at_m.get("device")}
+    if devices:
+        for device in devices:
+            at_m[f"device {device['name']}"] = town.point_m(*device["position_m"])
+            device["position_m"] = [*at_m[f"device {device['name']}"]]
+        served = {"devices": devices}
     mission = base.replace(
         {
             "name": file.name.partition(".")[0],
@@ -69,8 +87,7 @@ def city(
             "crs": town.crs,
             "route.origin_m": at_m["origin"],
             "route.destination_m": at_m["destination"],
-            "route.hover_m": None,
-            "link.device_m": at_m["device"],
+            **served,
             "laser.position_m": at_m["laser"],
             "buildings": town.buildings(),
         }
@@ -97,12 +114,23 @@ def _read(
     from optuav.city.city import ON_EARTH, on_earth
     from optuav.fields import COORDINATE
     from optuav.mission import load
+    from optuav.mission.device_tables import read_devices
 
-    places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
+    places: dict[str, Any] = {name: numbers_in(text) for name, text in site.stated.items()}
     words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}; height: {COORDINATE.words}"
     for name, place in places.items():
         if len(place) != 3 or not (on_earth(place[:2]) and COORDINATE.accepts(place[2])):
             faults.append(Fault(name, repr(getattr(site, name)), words))
+    if (site.device is None) == (site.devices is None):
+        faults.append(Fault("device", "", "either --device PLACE or --devices FILE"))
+    if site.devices is not None:
+        with collected(faults):
+            places["devices"] = read_devices(site.devices, on_earth=True)
+        for n, device in enumerate(places.get("devices", ())):
+            at = device["position_m"]
+            numbers = all(COORDINATE.accepts(x) for x in at)
+            if not (numbers and on_earth(at[:2]) and isinstance(device["name"], str)):
+                faults.append(Fault(f"devices[{n}]", shown([device["name"], *at]), words))
     bbox = None if map.bbox is None else numbers_in(map.bbox)
     if bbox is not None and len(bbox) != 4:
         faults.append(Fault("bbox", repr(map.bbox), "WEST,SOUTH,EAST,NORTH [deg]"))
@@ -153,5 +181,5 @@ def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) 
             yield f"{name} lies {-z:g} m below the ground"
     warnings, network = [*advice(mission)], build_network(mission)
     yield from warnings
-    if (network.legs.crosses[:2] != CLEAR).any():
+    if not mission.devices and (network.legs.crosses[:2] != CLEAR).any():
         yield from (leg for leg in blocked_legs(network, 0) if leg not in warnings)

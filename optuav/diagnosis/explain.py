@@ -10,6 +10,8 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p4 import P4
 from formulations.soc import AVAILABLE, StepEnd
 from optuav.diagnosis.findings import ConstraintAtOptimum
 from optuav.diagnosis.in_words import limit
@@ -32,7 +34,7 @@ from optuav.modelling.writer import Text
 from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
 from optuav.network.places import charging_cap
-from optuav.options import Perspective, ProblemName
+from optuav.options import ORDERS, Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
@@ -280,7 +282,7 @@ def _explained(
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
         reply = _optimum(program, plan, solutions, brief)
-        notes = [*dict.fromkeys([*reply.notes, *notes])]
+        notes = [*dict.fromkeys([*_rest_between(question, plan), *reply.notes, *notes])]
         return replace(reply, notes=tuple(notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
@@ -289,6 +291,32 @@ def _explained(
     drained = any(key.startswith("battery.") for key in keys)
     reply = Explanation(plan, conflicts=clashing, repairs=repaired, more_stops_open=more_stops_open)
     return replace(reply, notes=tuple(notes)) if drained else reply
+
+
+def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
+    """Say what a rest between the hovers over several devices gains over one elsewhere."""
+    asked, stays = question.stated, plan.stops
+    problem: Any = asked.problem
+    rests = [n for n, stop in enumerate(stays) if stop.kind == "rest"]
+    if not (question.mission.devices and rests and isinstance(problem, P1 | P4)):
+        return
+    (number,) = rests
+    if not 0 < number < len(stays) - 1 or problem.order is not None:
+        return
+    times_s = list[float]()
+    for order in ORDERS:  # Either of them has the direct routes of P1 too
+        options = vars(replace(asked, problem=replace(problem, order=order)))
+        other = solve(question.mission, graph=question.graph, **options)
+        times_s += [other.hover_time_s] * bool(other)
+    before, after = stays[number - 1].at, stays[number + 1].at
+    where = f"the rest lies between the hovers over {before} and {after}"
+    if not times_s:
+        yield f"{where}: without a rest there, no plan exists"
+    elif (gain_s := plan.hover_time_s - max(times_s)) > SAME_S:
+        least = f"the best plan hovers {max(times_s):.2f} s, {gain_s:.2f} s less"
+        yield f"{where}: without a rest there, {least}"
+    else:
+        yield f"{where}: without a rest there, a plan hovers as long"
 
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:

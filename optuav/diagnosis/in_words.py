@@ -164,7 +164,8 @@ def limit(kind: str, moment: object, way: Sequence[str], label: str = "") -> str
 def when(moment: StepEnd, way: Sequence[str]) -> str:
     """The end of a step in words, with the places of the route."""
     if moment.stay:
-        return f"after the {moment.stay}"
+        over = f" over {way[moment.flight]}" if moment.hover and way else ""
+        return f"after the {moment.stay}{over}"
     if not way:
         verb = "on landing at" if moment.lands else "in flight to"
         return f"{verb} the end of flight {moment.flight}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,17 @@ from optuav.mission.validation import Document
 
 COLUMNS, SHARE = ("name", "x_m", "y_m", "z_m"), "share"
 """Columns of a table of devices; the share may be left out."""
-POINTS = "points with x, y and z; or columns x_m, y_m and z_m beside other shapes"
+ON_EARTH = ("name", "longitude", "latitude", "height")
+"""Columns of a table of devices on Earth: degrees, and metres above ground."""
 
 
-def rows_of_columns(table: Mapping[str, Iterable[object]]) -> list[Document]:
-    """The devices of columns as tables [[devices]], not judged yet; or an `InputError`."""
+def rows_of_columns(
+    table: Mapping[str, Iterable[object]], names: Sequence[str] = COLUMNS
+) -> list[Document]:
+    """The devices of columns as tables [[devices]], not judged yet; or an `InputError`.
+
+    Columns have other names if they are on Earth, where positions stay as they are.
+    """
     wanted = "columns by name, as a data frame or as lists in a dict"
     if not hasattr(table, "keys"):
         raise InputError([Fault("", shown(table), wanted)])
@@ -29,11 +35,11 @@ def rows_of_columns(table: Mapping[str, Iterable[object]]) -> list[Document]:
     )
     columns = {str(name): [*map(_plain, table[name])] for name in table}
     faults = [
-        Fault(name, "", f"unknown column{nearest(name, (*COLUMNS, SHARE))}")
+        Fault(name, "", f"unknown column{nearest(name, (*names, SHARE))}")
         for name in columns
-        if name not in (*COLUMNS, SHARE)
+        if name not in (*names, SHARE)
     ]
-    faults += [Fault(name, "", "is missing") for name in COLUMNS if name not in columns]
+    faults += [Fault(name, "", "is missing") for name in names if name not in columns]
     if len({len(column) for column in columns.values()}) > 1:
         lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
         faults.append(Fault("columns", printable(lengths), "of equal length"))
@@ -41,7 +47,7 @@ def rows_of_columns(table: Mapping[str, Iterable[object]]) -> list[Document]:
     rows = list[Document]()
     for cells in zip(*columns.values(), strict=True):
         row = dict(zip(columns, cells, strict=True))
-        device: Document = {"name": row["name"], "position_m": [row[x] for x in COLUMNS[1:]]}
+        device: Document = {"name": row["name"], "position_m": [row[x] for x in names[1:]]}
         share = row.get(SHARE)
         if share is not None and str(share) != "nan":
             device[SHARE] = share
@@ -54,19 +60,23 @@ def _plain(cell: Any) -> Any:
     return cell.tolist() if hasattr(cell, "tolist") else cell
 
 
-def read_devices(path: Path) -> list[Document]:
-    """The devices of a file as tables [[devices]], not judged yet; or an `InputError`."""
+def read_devices(path: Path, *, on_earth: bool = False) -> list[Document]:
+    """The devices of a file as tables [[devices]], not judged yet; or an `InputError`.
+
+    On Earth their positions are longitude, latitude [deg] and height above ground [m].
+    """
+    names = ON_EARTH if on_earth else COLUMNS
     readers = {".csv": _of_csv, ".geojson": _of_geojson}
     if (ending := path.suffix.lower()) not in readers:
         raise refusal(path, f"has none of the suffixes {', '.join(readers)}")
     try:
-        return rows_of_columns(readers[ending](path))
+        return rows_of_columns(readers[ending](path, names), names)
     except InputError as error:
         faults = (replace(fault, source=fault.source or label(path)) for fault in error.faults)
         raise InputError(faults) from None
 
 
-def _of_csv(path: Path) -> Mapping[str, Iterable[object]]:
+def _of_csv(path: Path, names: Sequence[str]) -> Mapping[str, Iterable[object]]:
     from optuav.mission.table_files import csv_columns
 
     columns = csv_columns(path)
@@ -75,8 +85,8 @@ def _of_csv(path: Path) -> Mapping[str, Iterable[object]]:
     return columns
 
 
-def _of_geojson(path: Path) -> Mapping[str, Iterable[object]]:
-    """Columns of a map in metres: `name`, perhaps `share`, and the coordinates of its points."""
+def _of_geojson(path: Path, names: Sequence[str]) -> Mapping[str, Iterable[object]]:
+    """Columns of a map: `name`, perhaps `share`, and the coordinates of its points."""
     require("geopandas", "tables of devices in map formats")
     import shapely
 
@@ -84,13 +94,16 @@ def _of_geojson(path: Path) -> Mapping[str, Iterable[object]]:
     from optuav.mission.table_files import must_be_in_metres
 
     frame = features(document_of(path), path)
-    must_be_in_metres(frame, path)
+    if names == ON_EARTH:
+        frame = frame if frame.crs is None else frame.to_crs(4326)
+    else:
+        must_be_in_metres(frame, path)
     shapes = frame.geometry.to_numpy()
     known = [str(name) for name in frame.columns if name != frame.geometry.name]
-    columns: dict[str, Any] = {x: frame[x].tolist() for x in (*COLUMNS, SHARE) if x in known}
-    if not {*COLUMNS[1:]} <= columns.keys():
+    columns: dict[str, Any] = {x: frame[x].tolist() for x in (*names, SHARE) if x in known}
+    if not {*names[1:]} <= columns.keys():
         if not ((shapely.get_type_id(shapes) == 0) & shapely.has_z(shapes)).all():
-            raise refusal(path, f"needs {POINTS}")
-        at_m = shapely.get_coordinates(shapes, include_z=True)
-        columns |= dict(zip(COLUMNS[1:], at_m.T.tolist(), strict=True))
+            raise refusal(path, f"needs points with three coordinates, or {', '.join(names[1:])}")
+        at = shapely.get_coordinates(shapes, include_z=True)
+        columns |= dict(zip(names[1:], at.T.tolist(), strict=True))
     return columns

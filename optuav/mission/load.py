@@ -14,6 +14,7 @@ from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
 from optuav.options import SET
 
+MOST_NAMED = 10  # Devices that a message names
 LONGEST_CHAIN = 32  # Most files that may extend one another
 
 _HERE = Path(__file__).parent
@@ -61,6 +62,16 @@ def load(source: Mission | str | Path) -> Mission:
     return (_shipped if source in SHIPPED else _loaded)(source)
 
 
+def load_one_device(source: Mission | str | Path, question: str) -> Mission:
+    """Read a mission for a question that is answered for one device only."""
+    mission = load(source)
+    if mission.devices:
+        names = ", ".join(safe_name(device.name) for device in mission.devices[:MOST_NAMED])
+        words = f"one device: {question} is not answered for several"
+        raise InputError([Fault("devices", names, words)])
+    return mission
+
+
 def _loaded(source: str | Path) -> Mission:
     """The mission of a file."""
     content, faults, whole = _read(source, Path(), {})
@@ -98,7 +109,7 @@ def shipped() -> tuple[str, ...]:
     --------
     >>> import optuav
     >>> optuav.shipped()
-    ('matrice350', 'paper', 'paper-drag', 'paper-table2', 'relay-today')
+    ('matrice350', 'paper', 'paper-drag', 'paper-table2', 'relay-today', 'three-sensors')
     """
     return tuple(SHIPPED)
 

@@ -6,18 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.flight.model import BENT
 from optuav.laser.beam import SpreadingBeam
 from optuav.mission import Mission
 from optuav.mission.messages import first_ten
+from optuav.mission.mission import Served
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.places import DESTINATION, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
-from optuav.network.variants import as_variants
+from optuav.network.variants import ON_RIM, as_variants
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
 from optuav.physics.cells import CELLS, TYPED, kind_of
@@ -33,39 +35,54 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
     applies = [name for name, where in as_variants(network).hindrances.items() if where.any()]
     if (why := mission.flight_model.impossible()) is not None:
         reasons.append(f"the UAV cannot fly: {why}")
-    if "out_of_reach" in applies:
-        reasons.append(_out_of_reach(mission))
-    if "altitude" in applies and (hover_m := mission.route.hover_m):
-        reasons.append(
-            f"P1.e altitude: route.hover_m is at {hover_m[2]:g} m, outside "
-            f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
-            "(limits.min_altitude_m, limits.max_altitude_m)"
-        )
+    for device, position_m in zip(mission.served, network.places.hover_points_m, strict=True):
+        if "out_of_reach" in applies:
+            reasons += _out_of_reach(mission, device, position_m)
+        hover_m, low_m, high_m = device.hover_m, limits.min_altitude_m, limits.max_altitude_m
+        if hover_m is not None and not low_m <= hover_m[2] <= high_m:
+            reasons.append(
+                f"P1.e altitude: {_key(mission, device, 'hover_m')} is at {hover_m[2]:g} m, "
+                f"outside [{low_m:g}, {high_m:g}] m "
+                "(limits.min_altitude_m, limits.max_altitude_m)"
+            )
     if one_stop and not reasons and not network.routes.flyable.any():
         reasons = blocked_legs(network, 0)
     return tuple(reasons)
 
 
-def _out_of_reach(mission: Mission) -> str:
-    """Say how far the link of the device reaches, and how far it had to."""
-    limits, device_m, hover_m = mission.limits, mission.device_m, mission.route.hover_m
+def _out_of_reach(mission: Mission, device: Served, position_m: Floats) -> Iterator[str]:
+    """Say how far the link of a device reaches, and how far it had to, if it is out of reach."""
+    limits, device_m, hover_m = mission.limits, device.position_m, device.hover_m
     radius_m = vehicle.coverage_radius_m(mission)
+    name = f"device {device.name}" if mission.devices else "the device"
     if hover_m is None:
+        if np.isfinite(position_m).all():
+            return
         height_m = abs(limits.min_altitude_m - device_m[2])
         away, reach = figures_apart(height_m, radius_m, 6)
-        return (
-            f"the device is out of reach: its link covers {reach} m, but hovering at "
+        yield (
+            f"{name} is out of reach: its link covers {reach} m, but hovering at "
             f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {away} m at least "
-            "(link.device_m, link.transmit_power_W, limits.outage_probability)"
+            f"({_key(mission, device, 'position_m')}, link.transmit_power_W, "
+            "limits.outage_probability)"
         )
+        return
     distance_m, most = math.dist(hover_m, device_m), limits.outage_probability
+    if distance_m <= radius_m * (1.0 + ON_RIM):
+        return
     outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
     away, reach = figures_apart(distance_m, radius_m, 6)
     risk, _ = figures_apart(outage, most, 3)
-    return (
-        f"P1.a outage: route.hover_m is {away} m from the device, its link covers {reach} m "
-        f"(outage {risk}, limits.outage_probability = {most:g})"
+    yield (
+        f"P1.a outage: {_key(mission, device, 'hover_m')} is {away} m from the device, its link "
+        f"covers {reach} m (outage {risk}, limits.outage_probability = {most:g})"
     )
+
+
+def _key(mission: Mission, device: Served, name: str) -> str:
+    """The key of a device's place: of one device a key of [link] or [route]."""
+    one = {"position_m": "link.device_m", "hover_m": "route.hover_m"}
+    return f"devices.{device.name}.{name}" if mission.devices else one[name]
 
 
 def blocked_legs(network: Network, route: int) -> list[str]:
@@ -97,7 +114,7 @@ def blocked_legs(network: Network, route: int) -> list[str]:
 def _inside(network: Network) -> dict[int, int]:
     """The building around each end of a mission that lies inside one, by place."""
     places = network.places
-    ends = np.array([ORIGIN, HOVER, DESTINATION])
+    ends = np.array([ORIGIN, *places.hovers, DESTINATION])
     ends = ends[np.isfinite(places.position_m[ends]).all(axis=1)]
     at_m, obstacles = places.position_m[ends], prisms(network.mission.buildings)
     inside = crossed(obstacles, at_m, at_m, np.full((len(ends), 1), CLEAR))
@@ -118,7 +135,8 @@ def advice(mission: Mission) -> Iterator[str]:
     """Warnings about a valid mission."""
     network = build_network(mission)
     places, legs = network.places, network.legs
-    yield from impossibilities(network)
+    # Over several devices, the mission's order is one of many.
+    yield from impossibilities(network, one_stop=not mission.devices)
     for place, building in _inside(network).items():
         yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
@@ -136,7 +154,8 @@ def advice(mission: Mission) -> Iterator[str]:
     yield from rate_doubt(mission, _draws(network))
     yield from _radio_doubt(mission)
     dark = places.exists & ~places.laser_sight
-    names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
+    stays = *places.hovers, *places.buildings
+    names = [places.names[place] for place in stays if dark[place]]
     if names and mission.laser is not None:
         yield f"the laser does not see {first_ten(names)}: no charging there"
 
@@ -175,9 +194,11 @@ def rate_doubt(mission: Mission, draws: Iterable[tuple[str, float]]) -> Iterator
 def _draws(network: Network) -> Iterator[tuple[str, float]]:
     """The largest draw of every leg that can be flown, and that of the hover [A]."""
     legs, names = network.legs, network.places.names
-    hover_A = -float(stay_net(network, HOVER).current_A)
-    if math.isfinite(hover_A):
-        yield "the hover", hover_A
+    for place in network.places.hovers.tolist():
+        hover_A = -float(stay_net(network, place).current_A)
+        over = f" over {names[place]}" if network.mission.devices else ""
+        if math.isfinite(hover_A):
+            yield f"the hover{over}", hover_A
     for leg in np.flatnonzero(legs.flyable).tolist():
         way = f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]}"
         yield way, max(-stage.current_A for stage in legs.stages_of(leg))
@@ -245,7 +266,7 @@ def link_figures(mission: Mission) -> tuple[LinkFigures, ...]:
     if not isinstance(beam := mission.beam, SpreadingBeam):
         return ()
     places = build_network(mission).places
-    which = np.array([HOVER, *places.buildings])
+    which = np.array([*places.hovers, *places.buildings])
     x, y, z = places.position_m[which].T
     away_m = vehicle.laser_distance_m(mission, (x, y, z))
     received = places.received_power_W[which], places.charge_current_A[which]
@@ -276,13 +297,18 @@ def _figures(mission: Mission) -> Iterator[tuple[str, float | tuple[float, ...],
     yield "hover power, radio included", float(drawn.power_W), "W"
     yield "hover current, radio included", float(drawn.current_A), "A"
     yield "coverage radius d_max", vehicle.coverage_radius_m(mission), "m"
-    yield "hover point", tuple(places.position_m[HOVER].tolist()), "m"
+    several = dict(zip(places.hovers.tolist(), mission.devices, strict=False))
+    for place in places.hovers.tolist():
+        of = f" of {several[place].name}" if several else ""
+        yield f"hover point{of}", tuple(places.position_m[place].tolist()), "m"
     direct_s = float(routes.flight_time_s[0]) if routes.flyable[0] else math.nan
-    yield "direct flight", direct_s, "s"
-    if mission.laser is not None:
-        yield "net current in hover", stay_net(network, HOVER).current_A, "A"
-        sight = "" if places.laser_sight[HOVER] else " (no sight)"
-        yield f"power received at hover{sight}", float(places.received_power_W[HOVER]), "W"
+    yield "direct flight" + ", devices in order" * bool(several), direct_s, "s"
+    for place in places.hovers.tolist() if mission.laser is not None else ():
+        over = f" over {several[place].name}" if several else ""
+        yield f"net current in hover{over}", stay_net(network, place).current_A, "A"
+        sight = "" if places.laser_sight[place] else " (no sight)"
+        power_W = float(places.received_power_W[place])
+        yield f"power received at hover{over}{sight}", power_W, "W"
 
 
 def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
@@ -291,9 +317,11 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     places, routes = network.places, network.routes
     known = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
     _, *times_s = (time_s if flies else None for time_s, flies in known)
+    places_of_rest = 1 + len(mission.served)
     figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):
         as_stated = building.name, building.position_m, building.footprint_m
         light = bool(places.laser_sight[place]), float(places.received_power_W[place])
-        figures.append(BuildingFigures(*as_stated, *light, *times_s[2 * k : 2 * k + 2]))
+        of_roof = times_s[places_of_rest * k : places_of_rest * (k + 1)]
+        figures.append(BuildingFigures(*as_stated, *light, of_roof[0], of_roof[-1]))
     return tuple(figures)

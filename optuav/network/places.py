@@ -82,6 +82,11 @@ class Places:
         """Numbers of the hover points, in the mission's order of devices."""
         return np.array([HOVER, *range(FIRST_BUILDING, self.first_building)])
 
+    @property
+    def hover_points_m(self) -> Floats:
+        """Positions of the hover points (device, 3) [m]."""
+        return self.position_m[self.hovers]
+
     def hovers_at(self, place: int) -> bool:
         """Whether a place is a hover point."""
         return place == HOVER or FIRST_BUILDING <= place < self.first_building

@@ -13,7 +13,8 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.fields import Range
-from optuav.mission import Mission, load
+from optuav.mission import Mission
+from optuav.mission.load import load_one_device
 from optuav.mission.messages import misfits, plural, shown, unlisted
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -349,7 +350,7 @@ def coverage(
     """
     faults = [*_option_faults(perspective, swap_s, lit_hover, pad_power_W)]
     with collected(faults):
-        loaded = load(mission)
+        loaded = load_one_device(mission, "coverage")
         faults += schedule_faults(loaded)
     refuse(faults)
     network = flyable_network(loaded)

@@ -12,7 +12,8 @@ from typing import NamedTuple, TypedDict
 import numpy as np
 
 from optuav.errors import NoPlanError, printable, refuse
-from optuav.mission import Mission, load
+from optuav.mission import Mission
+from optuav.mission.load import load_one_device
 from optuav.network import vehicle
 from optuav.network.legs import Legs
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
@@ -224,7 +225,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
        IEEE Internet of Things Journal, 2021.
     """
-    loaded = load(mission)
+    loaded = load_one_device(mission, "when to turn back")
     refuse(schedule_faults(loaded))
     network, battery = flyable_network(loaded), loaded.pool
     arriving, landing = _ways(network.legs)

@@ -14,7 +14,8 @@ from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.fields import Range
-from optuav.mission import Mission, load
+from optuav.mission import Mission
+from optuav.mission.load import load_one_device
 from optuav.mission.messages import misfits, shown, unlisted
 from optuav.network import vehicle
 from optuav.network.network import Network
@@ -228,7 +229,7 @@ def robust(
     with collected(faults):
         ranges = stated_ranges(uncertainty)
     with collected(faults):
-        loaded = load(mission)
+        loaded = load_one_device(mission, "a robust plan")
         faults += _battery_faults(loaded)
         if ranges is not None:
             box = box_of(loaded, ranges)

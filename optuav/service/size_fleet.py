@@ -14,8 +14,9 @@ from optuav.errors import Fault, InputError, NoPlanError, collected, printable, 
 from optuav.fields import Range
 from optuav.judge.course import TOLERANCE
 from optuav.judge.fleets import busiest
-from optuav.mission import Mission, load
+from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
+from optuav.mission.load import load_one_device
 from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.service.calm_air import calm_facts, in_calm_air
@@ -236,7 +237,7 @@ def size_fleet(
     with collected(faults):
         stated = None if prices is None else _prices(prices)
     with collected(faults):
-        loaded = load(mission)
+        loaded = load_one_device(mission, "the size of a fleet")
     refuse(faults)
     cycles = dict(_cycles(loaded, swap_s))
     rows = [_row(name, cycle, share, overlap_s, stated, hours) for name, cycle in cycles.items()]

@@ -221,6 +221,8 @@ def _routes(program: Program) -> tuple[list[Route], list[RouteModel]]:
         if building >= 0:
             order = f"{network.routes.order(number)}{'' if rests else ', passing by'}"
             name = PartedLabel(network.mission.buildings.names[building], order)
+        if network.mission.devices:
+            name = PartedLabel(" ".join(network.route_names(number)[1:-1]))
         whole = Route(name, values)
         slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]
         routes += slots

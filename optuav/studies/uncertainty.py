@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from optuav.mission import Mission
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
-from optuav.network.places import ENDS
+from optuav.network.routes import build_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
@@ -53,16 +53,24 @@ class FixedPlan:
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
         """Return the plan on a mission, or refuse one for other places or another route."""
         scene, other = (
-            (one.route.origin_m, one.route.destination_m, one.device_m, one.buildings)
+            (one.route.origin_m, one.route.destination_m, devices_of(one), one.buildings)
             + ((one.laser.position_m,) if one.laser else ())
             for one in (plan.mission, mission)
         )
         if scene == other:
-            point_m = [float(coordinate) for coordinate in vehicle.hover_point_m(plan.mission)]
-            network = build_network(mission.replace({"route.hover_m": point_m}))
+            points_m = [[*map(float, at)] for at in vehicle.hover_points_m(plan.mission)]
+            keys = [f"devices[{k}].hover_m" for k in range(len(mission.devices))]
+            keys = keys or ["route.hover_m"]
+            network = build_network(mission.replace(dict(zip(keys, points_m, strict=True))))
+            if mission.devices:
+                flown = [name for name in plan.route if name in plan.hovers]
+                order = [[device.name for device in mission.devices].index(x) for x in flown]
+                routes = build_routes(network.legs, network.buildings, np.array([order]))
+                network = replace(network, routes=routes)
             for number in range(len(network.routes)):
                 if network.route_names(number) == plan.route:
-                    return cls(network.only([number]), number, plan.hover_time_s, plan.rest_time_s)
+                    only, times_s = network.only([number]), (plan.hover_time_s, plan.rest_time_s)
+                    return cls(only, number, *times_s)
         words = "a plan over the places of this mission: the same origin, destination, device, "
         words += "laser and buildings, with one hover and at most one rest"
         raise InputError([Fault("plan", " → ".join(plan.route), words)])
@@ -89,6 +97,11 @@ class FixedPlan:
             # A row without a kind bounds the altitude; or the ends, which all routes join.
             kept[CONDITIONS.get(check.constraint.kind, ALTITUDE)] &= check.satisfied
         return kept
+
+
+def devices_of(mission: Mission) -> tuple[object, ...]:
+    """Names and positions of the devices."""
+    return tuple((device.name, device.position_m) for device in mission.served)
 
 
 @dataclass(frozen=True)
@@ -119,8 +132,9 @@ def chances(
     """Return the results of the samples."""
     scenarios, samples = Scenarios(draws.mission, draws), draws.count
     question = checked_question(draws.mission, perspective=perspective)
-    routes, names = scenarios.network.routes, scenarios.network.places.names
-    hover_s, wins = np.empty(samples), np.zeros(len(routes), dtype=np.intp)
+    # Routes over several devices count by building and place of the rest, in any order of devices.
+    roofs, places = draws.mission.buildings.names, 1 + len(draws.mission.served)
+    hover_s, wins = np.empty(samples), np.zeros(1 + places * len(roofs), dtype=np.intp)
     kept, flyable = Counter[str](), 0
     for first, variants, (plans,) in best_of(scenarios, [question]):
         best_s, best = plans.hover_time_s, plans.route
@@ -137,10 +151,10 @@ def chances(
             best_s = np.where(better, plan.hover_time_s, best_s)
             best = np.where(better, plan.itinerary, best)
         hover_s[first : first + variants.count] = np.nan_to_num(best_s, nan=0.0)
-        wins += np.bincount(best[~np.isnan(best_s)], minlength=len(routes))
+        wins += np.bincount(best[~np.isnan(best_s)], minlength=len(wins))
     by_route = Counter[str]()
-    for building, count in zip(routes.building.tolist(), wins.tolist(), strict=True):
-        by_route["direct" if building < 0 else f"by way of {names[len(ENDS) + building]}"] += count
+    for number, count in enumerate(wins.tolist()):
+        by_route[f"by way of {roofs[(number - 1) // places]}" if number else "direct"] += count
     quantiles_s = np.quantile(hover_s, QUANTILES).tolist()
     return Chances(
         samples=samples,

@@ -259,3 +259,25 @@ def test_feet_and_near_columns_by_the_names_of_the_options(tmp_path: Path) -> No
     assert optuav.load(file).buildings.roof_m[:, 2].tolist() == pytest.approx([30.48, 12.192, 9])
     assert (data["unread"], data["assumed_heights"]) == (["b2"], ["b2"])
     assert "cannot be read: HEIGHT_FT = '3;4'" in data["notes"]
+
+
+def test_several_devices_come_from_a_table(town: Path, tmp_path: Path) -> None:
+    """In degrees, by name; either one device or a table, and places on Earth."""
+    others = [word for option in PLACES.items() if option[0] != "--device" for word in option]
+    table = tmp_path / "devices.csv"
+    rows = [f"{name},{place(x, y, 0)}" for name, x, y in (("a", 100, 200), ("b", 200, 250))]
+    table.write_text("\n".join(["name,longitude,latitude,height", *rows]), "utf-8")
+    file = tmp_path / "town.toml"
+    options = ["--devices", str(table), "--save", str(file)]
+    assert run("city", str(town), *others, *options).code == 0
+    mission = optuav.load(file)
+    assert [device.name for device in mission.devices] == ["a", "b"]
+    assert mission.devices[1].position_m == pytest.approx((200.0, 250.0, 0.0), abs=0.02)
+    assert optuav.solve(mission).flyable
+    both = run("city", str(town), *SITE, *options)
+    assert both.code == 2
+    assert "either --device PLACE or --devices FILE" in both.err
+    table.write_text("name,longitude,latitude,height\na,500,0,0\nb,x,0,0\n", "utf-8")
+    wrong = run("city", str(town), *others, *options)
+    assert wrong.code == 2
+    assert wrong.err.count("devices[") == 2

@@ -52,7 +52,8 @@ def keys(error: InputError) -> list[str]:
 
 
 def test_shipped_missions() -> None:
-    assert shipped() == ("matrice350", "paper", "paper-drag", "paper-table2", "relay-today")
+    first = ("matrice350", "paper", "paper-drag", "paper-table2", "relay-today")
+    assert shipped() == (*first, "three-sensors")
     assert [load(name).name for name in shipped()] == list(shipped())
 
 

@@ -1,0 +1,426 @@
+"""Missions over several devices: check numbers, theorems, and an oracle that shares no code.
+
+The check numbers are those of a prototype of its own; the theorems are proved on paper and tried
+here on small missions.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError
+from optuav.status import Status
+from tests.solving.devices import Town, random_town
+
+PLACES = {"west": (400, 2600, 0), "north": (1000, 3000, 0), "east": (1700, 2400, 0)}
+DEVICES = [{"name": name, "position_m": list(at)} for name, at in PLACES.items()]
+PAPER = optuav.load("paper").replace({"limits.deadline_s": 1800})
+THREE = PAPER.replace({"devices": DEVICES})
+SHARED = THREE.replace(
+    {f"devices.{name}.share": share for name, share in zip(PLACES, (0.5, 0.3, 0.2), strict=True)}
+)
+STRONG = SHARED.replace({"battery.charge_current_A": 40, "laser.power_W": 5000})
+TABLE2 = optuav.load("paper-table2").replace({"limits.deadline_s": 1800, "devices": DEVICES[:2]})
+
+
+# Check numbers
+
+
+def test_hover_points_and_legs_of_three_devices() -> None:
+    """w_U of each device alone, and the legs between two of them."""
+    graph = optuav.graph(THREE)
+    at_m = {
+        "west": (496.2356, 2110.3833, 50.0),
+        "north": (1000.0, 2501.0152, 50.0),
+        "east": (1582.3933, 1915.0727, 50.0),
+    }
+    for name, place_m in at_m.items():
+        assert graph.nodes[name]["position_m"] == pytest.approx(place_m, abs=5e-5)
+        assert graph.nodes[name]["kind"] == "hover"
+        assert graph.nodes[name]["device"] == name
+        assert graph.nodes[name]["share"] == pytest.approx(1 / 3)
+    legs_s = graph.edges["west", "north"]["duration_s"], graph.edges["north", "east"]["duration_s"]
+    assert legs_s == pytest.approx((20.14658, 22.53101), abs=5e-6)
+    roads = 3 * 4 + 2 * 10 * 4
+    blocked = 4  # Legs along the towers at both ends
+    assert graph.number_of_edges() == roads - blocked
+
+
+NUMBERS = [
+    (THREE, "battery", 736.282546, 936.094, "north west east b2"),
+    (THREE, "energy", 558.131999, None, None),
+    (THREE, "available", 647.331326, 1016.469, "east north b9 west"),
+    (SHARED, "battery", 736.282546, 936.094, "north west east b2"),
+    (SHARED, "energy", 558.131999, None, None),
+    (SHARED, "available", 644.376029, None, "east west b9 north"),
+    (STRONG, "battery", 1248.703167, 423.673, None),
+    (STRONG, "energy", 981.311418, None, None),
+    (STRONG, "available", 1152.807091, None, "east west b9 north"),
+    (TABLE2, "battery", 989.768610, 731.456, "b1 west north"),
+    (TABLE2, "energy", 735.897671, None, None),
+    (TABLE2, "available", 863.151953, 849.662, "north b9 west"),
+]
+
+
+@pytest.mark.parametrize(("mission", "perspective", "hover_s", "rest_s", "way"), NUMBERS)
+def test_check_numbers_of_the_longest_hover(
+    mission: optuav.Mission,
+    perspective: str,
+    hover_s: float,
+    rest_s: float | None,
+    way: str | None,
+) -> None:
+    """Hover, rest and route of four missions in three perspectives."""
+    plan = optuav.solve(mission, perspective=perspective)
+    assert plan.status is Status.OPTIMAL
+    assert plan.hover_time_s == pytest.approx(hover_s, abs=1.5e-6)
+    assert plan.rest_time_s == pytest.approx(rest_s, abs=1e-3) if rest_s else True
+    assert plan.route[1:-1] == tuple(way.split()) if way else True
+    shares = {device.name: device.share for device in mission.served}
+    for name, time_s in plan.hovers.items():
+        assert time_s == pytest.approx(shares[name] * plan.hover_time_s, rel=1e-12)
+    assert plan.flyable or perspective != "available"
+
+
+@pytest.mark.parametrize(
+    ("mission", "order", "hover_s"),
+    [(THREE, None, 554.821), (STRONG, None, 849.828)],
+)
+def test_what_a_rest_between_two_hovers_gains(
+    mission: optuav.Mission, order: str | None, hover_s: float
+) -> None:
+    """Through the wells, a rest before or after all hovers is worth little."""
+    best = max(
+        optuav.solve(mission, optuav.P1(order=order)).hover_time_s
+        for order in ("rest-first", "hover-first")
+    )
+    assert best == pytest.approx(hover_s, abs=5e-4)
+
+
+def test_the_direct_flight_over_three_devices() -> None:
+    """(P3) is the best order without a rest."""
+    direct = optuav.solve(THREE, optuav.P3())
+    assert direct.hover_time_s == pytest.approx(530.844, abs=5e-4)
+    assert [stop.kind for stop in direct.stops] == ["hover"] * 3
+    assert direct == optuav.solve(THREE, optuav.P3())
+
+
+def test_the_shortest_mission_for_a_wanted_hover() -> None:
+    """(P2) for nine tenths of the longest hover, in closed form."""
+    plan = optuav.solve(THREE, optuav.P2(hover_time_s=662.6542918), perspective="battery")
+    assert plan.mission_time_s == pytest.approx(1079.10295, abs=1e-5)
+    assert plan.hover_time_s == pytest.approx(662.6542918, abs=1e-9)
+
+
+# One device
+
+
+def test_one_device_in_the_list_is_the_mission_without_it() -> None:
+    """The same mission, file and graph, whatever the device is called."""
+    one = PAPER.replace({"devices": [{"name": "sensor", "position_m": [1000, 3000, 0]}]})
+    assert one == PAPER
+    assert one.to_dict() == PAPER.to_dict()
+    moved = {"name": "sensor", "position_m": [1000, 3000, 0], "hover_m": [1000, 2600, 60]}
+    assert PAPER.replace({"devices": [moved]}).route.hover_m == (1000.0, 2600.0, 60.0)
+    assert THREE.replace({"link.device_m": [1000, 3000, 0]}) == PAPER
+
+
+def test_a_wanted_hover_of_one_device() -> None:
+    """The least rest that charge and deadline need, by hand and through the wells."""
+    longest = optuav.solve(PAPER, perspective="battery")
+    plan = optuav.solve(PAPER, optuav.P2(hover_time_s=700), perspective="battery")
+    assert plan.hover_time_s == pytest.approx(700.0)
+    assert 0.0 < plan.rest_time_s < longest.rest_time_s
+    assert plan.soc is not None
+    assert plan.soc["battery"] == pytest.approx(0.05)
+    most_s = optuav.solve(PAPER).hover_time_s
+    through = optuav.solve(PAPER, optuav.P2(hover_time_s=most_s - 1.0))
+    assert through.flyable
+    assert through.status is Status.OPTIMAL
+    assert not optuav.solve(PAPER, optuav.P2(hover_time_s=most_s + 0.01))
+
+
+def test_a_wanted_hover_through_the_wells_as_another_engine_finds_it() -> None:
+    """CasADi comes as close as its starts let it, and never below."""
+    wanted = optuav.P2(hover_time_s=600)
+    plan, other = optuav.solve(THREE, wanted), optuav.solve(THREE, wanted, engine="casadi")
+    assert plan.mission_time_s == pytest.approx(other.mission_time_s, abs=1e-4)
+    assert plan.mission_time_s <= other.mission_time_s + 1e-9
+
+
+# Against an oracle that shares no code
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("energy", [False, True])
+def test_linear_perspectives_against_a_programme_per_route(seed: int, energy: bool) -> None:
+    """Every order of devices and place of the rest, each by HiGHS, with the reserve at landings."""
+    town = random_town(seed, count=2 + seed % 2, roofs=3, always=seed % 4 > 1)
+    plan = optuav.solve(town.mission(), perspective="energy" if energy else "battery")
+    known = {route: town.linear(route, energy) for route in town.routes()}
+    best_s = max(hover_s for hover_s, _ in known.values())
+    if not math.isfinite(best_s):
+        assert not plan
+        return
+    hover_s, rest_s = known[plan.route[1:-1]]
+    assert plan.hover_time_s == pytest.approx(best_s, abs=1e-6)
+    assert hover_s == pytest.approx(best_s, abs=1e-6)
+    assert plan.rest_time_s == pytest.approx(rest_s, abs=1e-5)
+
+
+KINDS = {"usual": (4.5e-5, 0.8), "quick": (2e-3, 0.3), "none": (0.0, 0.6)}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_available_against_a_dense_search(kind: str, seed: int) -> None:
+    """No plan of a dense search over all routes is longer, and the plan keeps all limits."""
+    rate_per_s, fraction = KINDS[kind]
+    town = random_town(20 + seed, 2, 2, always=seed == 1, rate_per_s=rate_per_s, fraction=fraction)
+    plan = optuav.solve(town.mission())
+    assert plan.status is Status.OPTIMAL
+    route = plan.route[1:-1]
+    assert town.slack(route, plan.hover_time_s, plan.rest_time_s) >= -1e-9
+    dense_s = max(town.available(route, points=40) for route in town.routes())
+    assert plan.hover_time_s == pytest.approx(dense_s, abs=5e-3)
+    assert plan.hover_time_s >= dense_s - 1e-6
+
+
+def test_engines_agree_on_three_devices() -> None:
+    """CVXPY, CasADi and the grid, each on all routes or all pairs of slots."""
+    battery = optuav.solve(THREE, perspective="battery").hover_time_s
+    by_cvxpy = optuav.solve(THREE, perspective="battery", engine="cvxpy")
+    assert by_cvxpy.hover_time_s == pytest.approx(battery, abs=1e-6)
+    available = optuav.solve(THREE).hover_time_s
+    between = optuav.P1(order="between", device_order=("east", "north", "west"))
+    by_casadi = optuav.solve(THREE, between, engine="casadi")
+    assert by_casadi.hover_time_s == pytest.approx(available, abs=1e-5)
+    in_slots = optuav.solve(THREE, between, slot_s=20.0)
+    assert 0.0 <= available - in_slots.hover_time_s < 40.0
+    assert in_slots.hover_time_s / 20.0 == pytest.approx(round(in_slots.hover_time_s / 20.0))
+    assert optuav.audit(in_slots).flyable
+
+
+# Theorems
+
+
+def test_order_by_time_alone_where_charge_goes_with_time() -> None:
+    """A.1: with one current on all legs the best route is the shortest of its kind in time."""
+    town = random_town(3, 3, 3)
+    plan = optuav.solve(town.mission(), perspective="battery")
+    stays = plan.route[1:-1]
+    roofs = [place for place in stays if place in town.roofs]
+
+    def flight_s(route: tuple[str, ...]) -> float:
+        ends = itertools.pairwise(("origin", *route, "destination"))
+        return sum(town.leg_s(*pair) for pair in ends)
+
+    alike = [r for r in town.routes() if [x for x in r if x in town.roofs] == roofs]
+    assert flight_s(stays) == pytest.approx(min(map(flight_s, alike)), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_least_detour_is_the_best_place_to_rest(seed: int) -> None:
+    """A.2, linear: the rest lies where Q + gT of the way over the roof grows least."""
+    town = random_town(40 + seed, 3, 1)
+    order = tuple(town.devices)
+    mission = town.mission()
+    plan = optuav.solve(mission, optuav.P4("b0", device_order=order), perspective="battery")
+    gain_A, flight_A = town.net("b0")[0], town.flight[0]
+    places = ("origin", *order, "destination")
+
+    def detour(start: str, end: str) -> float:
+        way = town.leg_s(start, "b0") + town.leg_s("b0", end) - town.leg_s(start, end)
+        return (flight_A + gain_A) * way
+
+    costs = [detour(*pair) for pair in itertools.pairwise(places)]
+    if plan.rest_time_s > 0.0:
+        assert plan.route.index("b0") - 1 == int(np.argmin(costs))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_splitting_a_device_in_two(seed: int) -> None:
+    """A.7: at the same point, the linear optimum stays, and `available` never falls."""
+    town = random_town(60 + seed, 2, 3)
+    whole = town.mission()
+    parts = Town(**{**vars(town), "devices": {**town.devices, "d2": town.devices["d1"]}})
+    share = town.shares["d1"]
+    parts.shares = {"d0": town.shares["d0"], "d1": 0.3 * share, "d2": 0.7 * share}
+    for perspective in ("battery", "energy"):
+        one, two = (optuav.solve(x, perspective=perspective) for x in (whole, parts.mission()))
+        assert two.hover_time_s == pytest.approx(one.hover_time_s, abs=1e-6)
+    one, two = optuav.solve(whole), optuav.solve(parts.mission())
+    assert two.hover_time_s >= one.hover_time_s - 1e-6
+
+
+def test_a_device_twice_in_the_paper() -> None:
+    """A.7: halves change nothing, 95 and 5 % let a rest lie between."""
+    paper = optuav.load("paper")
+    at_m = [1000, 3000, 0]
+
+    def hover_s(first: float) -> float:
+        shares = {"a": first, "b": 1.0 - first}
+        devices = [{"name": n, "position_m": at_m, "share": s} for n, s in shares.items()]
+        return optuav.solve(paper.replace({"devices": devices})).hover_time_s
+
+    assert hover_s(0.5) == pytest.approx(597.270, abs=5e-4)
+    assert hover_s(0.95) == pytest.approx(598.264, abs=5e-4)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_order_in_the_file_and_scale_change_nothing(perspective: str) -> None:
+    """A.8: permuted devices, and battery, currents and powers scaled together."""
+    town = random_town(11, 3, 3)
+    plan = optuav.solve(town.mission(), perspective=perspective)
+    turned = Town(**{**vars(town), "devices": dict(reversed(town.devices.items()))})
+    turned.shares = {name: town.shares[name] for name in turned.devices}
+    other = optuav.solve(turned.mission(), perspective=perspective)
+    assert other.hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-6)
+    assert other.route == plan.route
+    longer = town.mission().replace({"limits.deadline_s": town.deadline_s + 60.0})
+    assert optuav.solve(longer, perspective=perspective).hover_time_s >= plan.hover_time_s - 1e-6
+    fuller = town.mission().replace({"limits.min_soc": town.min_soc - 0.05})
+    assert optuav.solve(fuller, perspective=perspective).hover_time_s >= plan.hover_time_s - 1e-6
+
+
+# Many routes
+
+
+@pytest.mark.parametrize("perspective", ["battery", "energy", "available"])
+def test_tables_of_orders_and_roofs_find_the_plan_of_all_rows(
+    perspective: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bounds leave out no best route, in any kind of question."""
+    mission = random_town(5, 4, 4).mission()
+    questions = (
+        optuav.P1(),
+        optuav.P1(order="between"),
+        optuav.P1(order="hover-first"),
+        optuav.P1(trajectory="direct"),
+        optuav.P4("b2"),
+    )
+    by_rows = [optuav.solve(mission, each, perspective=perspective) for each in questions]
+    for module in ("question", "device_routes", "best_plans"):
+        monkeypatch.setattr(f"optuav.solving.{module}.MOST_ROWS", 8)
+    for question, plan in zip(questions, by_rows, strict=True):
+        other = optuav.solve(mission, question, perspective=perspective)
+        assert (other.route, other.hover_time_s) == (plan.route, plan.hover_time_s)
+
+
+def test_seven_devices_in_any_order_and_more_in_a_stated_one() -> None:
+    """Two hundred thousand routes are compared; of eight devices, the order must be stated."""
+    town = random_town(2, 7, 5, deadline_s=3600.0)
+    plan = optuav.solve(town.mission(), perspective="battery")
+    stays = plan.route[1:-1]
+    shorter = town.linear(stays)[0]
+    assert plan.hover_time_s == pytest.approx(shorter, abs=1e-6)
+    for k in range(len(stays) - 1):  # No neighbours change places for a longer hover
+        other = (*stays[:k], stays[k + 1], stays[k], *stays[k + 2 :])
+        assert town.linear(other)[0] <= shorter + 1e-6
+    eight = random_town(2, 8, 2, deadline_s=3600.0)
+    with pytest.raises(InputError, match="device_order: must name the devices in order"):
+        optuav.solve(eight.mission(), perspective="battery")
+    order = tuple(reversed(eight.devices))
+    stated = optuav.solve(eight.mission(), optuav.P1(device_order=order), perspective="battery")
+    assert [name for name in stated.route if name in eight.devices] == list(order)
+
+
+# Refusals and reasons
+
+
+def test_what_is_not_answered_for_several_devices_is_refused_at_once() -> None:
+    """All faults in one error, each with its allowed values."""
+    asked = optuav.P1(trajectory="traj1", stops=2, hovers=2, device_order=("west", "north"))
+    with pytest.raises(InputError) as caught:
+        optuav.solve(THREE, asked)
+    keys = [fault.key for fault in caught.value.faults]
+    assert {"device_order", "trajectory", "stops", "hovers"} <= {*keys}
+    for question in (optuav.coverage, optuav.size_fleet, optuav.return_by):
+        with pytest.raises(InputError, match="must be one device"):
+            question(THREE)
+    with pytest.raises(InputError, match="order = 'between': must be one of rest-first"):
+        optuav.solve(PAPER, optuav.P1(order="between"))
+    with pytest.raises(InputError, match="hover_time_s"):
+        optuav.solve(PAPER, optuav.P2(tight=True, hover_time_s=3))
+
+
+def test_a_device_out_of_reach_is_named() -> None:
+    """By its own key, and with no word on the others."""
+    high = THREE.replace({"devices.north.position_m": [1000, 3000, 800]})
+    plan = optuav.solve(high)
+    assert not plan
+    (reason,) = plan.reasons
+    assert reason.startswith("device north is out of reach")
+    assert "devices.north.position_m" in reason
+    low = THREE.replace({"devices.east.hover_m": [1582, 1915, 20]})
+    assert "devices.east.hover_m is at 20 m" in optuav.solve(low).reasons[0]
+
+
+# Plans and the judge
+
+
+def test_the_judge_catches_every_broken_rule() -> None:
+    """A device left out, hovered over twice, too short, out of reach; a rest too many."""
+    hover_s = 150.0
+
+    def kinds(*stops: optuav.Stop, mission: optuav.Mission = THREE) -> set[str]:
+        verdict = optuav.audit(optuav.Itinerary(mission, stops))
+        return {event.kind for event in verdict.violations}
+
+    def hover(name: str, time_s: float = hover_s) -> optuav.Stop:
+        return optuav.Stop(name, "hover", time_s)
+
+    way = hover("east"), hover("north"), hover("west")
+    assert kinds(*way) == set()
+    assert kinds(*way[:2]) == {"device", "share"}
+    assert kinds(way[0], way[1], way[2], hover("north", 0.0)) >= {"device"}
+    assert kinds(way[0], way[1], hover("west", hover_s + 1.0)) == {"share"}
+    assert kinds(way[0], way[1], hover("west", hover_s + 1e-6)) == set()
+    rests = (optuav.Stop("b9", "rest", 10.0), optuav.Stop("b10", "rest", 10.0))
+    assert kinds(way[0], rests[0], way[1], rests[1], way[2]) == {"rests"}
+    far = THREE.replace({"devices.west.hover_m": [400, 1900, 60]})
+    assert kinds(*way, mission=far) == {"coverage"}
+    assert kinds(*way, optuav.Stop((900.0, 2000.0, 60.0), "hover", 1.0)) >= {"device"}
+
+
+def test_a_plan_over_devices_survives_its_file(tmp_path: object) -> None:
+    """Devices are in the mission of the file, and the judge agrees with what was read."""
+    plan = optuav.solve(THREE, optuav.P1(device_order=("east", "north", "west")))
+    read = optuav.load_plan(plan.save(f"{tmp_path}/plan.json"))
+    assert read == plan
+    assert read.device_order == ("east", "north", "west")
+    assert optuav.audit(read).flyable
+
+
+def test_an_edited_graph_over_devices_is_read_back() -> None:
+    """A slow leg between two hover points is left, and a missing roof is not used."""
+    graph = optuav.graph(THREE)
+    assert optuav.validate_graph(graph) == ()
+    graph.edges["east", "north"]["duration_s"] = 60.0
+    graph.remove_node("b9")
+    plan = optuav.solve(THREE, graph=graph)
+    assert ("east", "north") not in {*itertools.pairwise(plan.route)}
+    assert "b9" not in plan.route
+    graph.nodes["west"]["share"] = 0.5
+    with pytest.raises(InputError, match="shares are changed in the mission"):
+        optuav.solve(THREE, graph=graph)
+
+
+def test_batches_over_the_place_of_a_device() -> None:
+    """Each entry is the plan of its mission."""
+    key, places_m = "devices.west.position_m[0]", [300.0, 500.0]
+    arrays = optuav.batch_arrays(THREE, {key: places_m, "limits.deadline_s": [1500.0, 1800.0]})
+    for row, x in enumerate(places_m):
+        mission = THREE.replace({"devices.west.position_m": [x, 2600, 0]})
+        plan = optuav.solve(mission)
+        assert arrays["hover_time_s"][row, 1] == pytest.approx(plan.hover_time_s, abs=1e-8)
+        building = arrays["building_words"][arrays["building"][row, 1]]
+        assert building in plan.route
+        assert arrays["order_words"][arrays["order"][row, 1]] == "between"
+    with pytest.raises(InputError, match="the mission has no device south"):
+        optuav.batch_arrays(THREE, {"devices.south.position_m[0]": [1.0]})
