@@ -420,10 +420,12 @@ def test_pictures_are_those_that_the_script_draws(
     assert max(kept.values()) < 250_000
 
 
-PICTURED = """audit batch beams benchmark-set calibration city coming-from coverage drone-of-today engines event
-explore export extend faq first-plan formulations gallery glossary graph how-we-know index logs map-files maps missions
-model not-modelled options own-formulation packs paper power relay-today return robust sensitivity
-several-stops siting sweep teaching ways"""
+PICTURED = """
+audit batch beams benchmark-set calibration city coming-from coverage drone-of-today engines
+event explore export extend faq first-plan formulations gallery glossary graph how-we-know index
+logs map-files maps missions model not-modelled options own-formulation packs paper power
+relay-today return robust sensitivity several-stops siting sweep teaching ways
+"""
 SHOWN = re.compile(r"!\[([^\]]*)\]\((?:pictures|_static)/[\w-]+\.png\)")
 
 

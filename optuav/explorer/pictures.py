@@ -108,7 +108,8 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
         "title": f"One drone on {roof} covers {percent(cycle.share)} of the day",
         "notes": [
             f"Hover {hovers}, flight {flies}, rest {rests}.",
-            f"{fleet.drones} drones leave no gap: {fleet.places} places, {fleet.beams} beams{some}.",
+            f"{fleet.drones} drones leave no gap: {fleet.places} places, "
+            f"{fleet.beams} beams{some}.",
         ],
         "drones": fleet.drones,
         "turns": turns,
@@ -160,7 +161,7 @@ def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:
 
 
 def _pads(program: Program, most_W: float, roof: str | None) -> Iterator[Data]:
-    """How many drones leave no gap, by the power of their pads on a roof [W]; none for weak pads."""
+    """How many drones leave no gap, by the power of pads on a roof [W]; none for weak pads."""
     mission, perspective = program.network.mission, program.question.perspective
     for power_W in np.linspace(0.0, most_W, PADS + 1)[1:].tolist():
         try:

@@ -120,7 +120,10 @@ def test_a_number_has_plain_digits(number: str, file: Path) -> None:
     [
         ("time_s,current_A\n0," + "1" * 140_000, "line 2: has more than 10000 characters"),
         ("x," * 4_900 + "\n1\n", "column = 'x': must be a known column"),
-        ("time_s,current_A\n" + "1\n" * 1_000_000, "cells = 1: must be as many as in the header, 2"),
+        (
+            "time_s,current_A\n" + "1\n" * 1_000_000,
+            "cells = 1: must be as many as in the header, 2",
+        ),
         ("\x1b[31m,\x1b]0;x\x07\n1,2\n", "column = '\\x1b[31m': must be a known column"),
         (
             "time_s,current_A\n0,\x1b[31m\n",
