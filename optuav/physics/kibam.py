@@ -279,7 +279,12 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     """
     if np.all(np.asarray(stage.current_A) <= 0.0):
         return step(battery, wells, stage)
-    steady_s = np.minimum(stage.duration_s, time_to_full(battery, wells, stage.current_A))
+    return tapered_from(battery, wells, stage, time_to_full(battery, wells, stage.current_A))
+
+
+def tapered_from(battery: Battery, wells: Wells, stage: Stage, full_s: Quantity) -> Wells:
+    """The wells of `tapered`, whose current tapers from a known moment [s] on."""
+    steady_s = np.minimum(stage.duration_s, full_s)
     steady = step(battery, wells, Stage(stage.current_A, steady_s))
     return held(battery, steady, stage.duration_s - steady_s)
 

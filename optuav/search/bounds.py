@@ -23,15 +23,17 @@ within 0 ≤ y1 ≤ ωB can have. They are
 
 Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
 holds no more than the one of the same times that does not (`optuav.physics.kibam`), so no hover
-that is ruled out for those is possible. The limits y1 ≤ ωB and the least (y, y1) are left out then;
-the cuts to y1 ≤ ωB hold for it, and go on as they are.
+that is ruled out for those is possible. The limits y1 ≤ ωB are left out then; the cuts to y1 ≤ ωB
+hold for it, and go on as they are. Where the corner of rule 3 would pass full, y1 counts from the
+largest wells after that rest, and the stays before it have no price. The least (y1, y2) after a
+stay are those of tapering stages.
 
 "More charge is better" is used nowhere: near full it is false, as charging at constant current
 may then pass y1 = ωB.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -45,16 +47,55 @@ from optuav.physics.kibam import (
     Tilted,
     Wells,
     levelling,
-    tapered,
+    tapered_from,
     tilted_after,
+    time_to_full,
 )
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import LEAST_VIOLATION, ORIGIN, Boxes, Flown, Terrain
 
 
+class AfterStay(NamedTuple):
+    """Wells after a stay that may taper (box,)."""
+
+    most: Wells
+    least: Wells
+    total_As: Floats  # Largest y
+    soonest_As: Floats  # Largest y2 after the shortest stay
+    landed: Wells  # Before the stay, in the middle of the least and the most
+
+    def tilts_As(self, battery: Battery) -> tuple[Floats, Floats]:
+        """The range of the tilt after the stay [A s]."""
+        share, rest = battery.available_fraction, battery.bound_fraction
+        low, high = self.least, self.most
+        return (
+            rest * low.available_As - share * high.bound_As,
+            rest * high.available_As - share * low.bound_As,
+        )
+
+    def take(self, which: Booleans) -> "AfterStay":
+        """Those of some boxes."""
+        wells = (Wells(*(x[which] for x in part)) for part in (self.most, self.least, self.landed))
+        most, least, landed = wells
+        return AfterStay(most, least, self.total_As[which], self.soonest_As[which], landed)
+
+
+class Envelopes(NamedTuple):
+    """What the envelopes of boxes say."""
+
+    alive: Booleans  # Whether they leave a box possible (box,)
+    overfull: Booleans  # Whether they pass y1 = ωB after a stay, or later (stop, box)
+    after: list[AfterStay]  # The charge after each stay, where charging tapers
+
+    def take(self, which: Booleans) -> "Envelopes":
+        """Those of some boxes."""
+        after = [one.take(which) for one in self.after]
+        return Envelopes(self.alive[which], self.overfull[:, which], after)
+
+
 def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     """The boxes that may hold plans with such hover times (box,) [s], each cut to these."""
-    boxes, legs, hover_s, overfull = passable(terrain, boxes, hover_s)
+    boxes, legs, hover_s, envelopes = passable(terrain, boxes, hover_s)
     time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
     low_s, high_s = boxes.low_s, boxes.high_s
     hovers, rests = boxes.hovers, boxes.rests
@@ -68,7 +109,7 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     near_s, far_s = width_s.copy(), width_s.copy()
     spare_As = np.full(len(boxes), np.inf)
     rounding_As = LEAST_VIOLATION * terrain.battery.capacity_As
-    for limit in _limits(terrain, boxes, legs, low_s, high_s):
+    for limit in _limits(terrain, boxes, legs, envelopes.after):
         needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
         moves_s = far_s if limit.full else near_s
         groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
@@ -86,15 +127,15 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
         np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
     )
     alive = (spare_As >= 0.0) & (low_s <= high_s).all(axis=0)
-    pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
+    pulled = envelopes.overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
     cut = replace(boxes, low_s=low_s, high_s=high_s, pulled=pulled)
     return cut if alive.all() else cut.take(alive)
 
 
 def passable(
     terrain: Terrain, boxes: Boxes, hover_s: Floats
-) -> tuple[Boxes, Flown, Floats, Booleans]:
-    """The boxes that time and envelopes leave, cut, their legs and hovers, and where overfull.
+) -> tuple[Boxes, Flown, Floats, Envelopes]:
+    """The boxes that time and envelopes leave, cut, their legs, hovers and envelopes.
 
     They may be of parts of sequences that have all hovers: the first place is left with full wells
     at most then, and behind the last there may be more stops. Envelopes look at what time leaves.
@@ -104,9 +145,10 @@ def passable(
     low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
     boxes = replace(boxes, low_s=low_s, high_s=high_s).take(alive)
     legs, hover_s = Flown(*(leg[:, alive] for leg in legs)), hover_s[alive]
-    alive, overfull, _ = enveloped(terrain, boxes, legs)
+    envelopes = enveloped(terrain, boxes, legs)
+    alive = envelopes.alive
     legs = Flown(*(leg[:, alive] for leg in legs))
-    return boxes.take(alive), legs, hover_s[alive], overfull[:, alive]
+    return boxes.take(alive), legs, hover_s[alive], envelopes.take(alive)
 
 
 def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:
@@ -135,14 +177,6 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     return np.asarray((price * taken).sum(axis=0))
 
 
-class Envelopes(NamedTuple):
-    """What the envelopes of boxes say."""
-
-    alive: Booleans  # Whether they leave a box possible (box,)
-    overfull: Booleans  # Whether they pass y1 = ωB after a stay, or later (stop, box)
-    most_As: Floats  # Largest y after a stay (stop, box)
-
-
 def enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> Envelopes:
     """The envelopes of boxes, carried along their legs."""
     battery = terrain.battery
@@ -153,14 +187,18 @@ def enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> Envelopes:
     most = tuple(np.full(len(boxes), charge_As) for charge_As in terrain.charge_at(boxes.places[0]))
     bound = Tilted(*most).wells(battery).bound_As
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
+    least_bound = bound if from_full else np.zeros(len(boxes))
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
-    most_As = list[Floats]()
+    after = list[AfterStay]()
     for stop, leg in enumerate(Flown(*values) for values in zip(*legs, strict=True)):
         wells = Wells(share * most[0] + most[1], bound)
-        landed = tilted_after(
-            battery, Tilted.of(battery, wells), Shift(-leg.charge_As, leg.remaining, leg.tilt_As)
-        )
+        shift = Shift(-leg.charge_As, leg.remaining, leg.tilt_As)
+        landed = tilted_after(battery, Tilted.of(battery, wells), shift)
         bound = landed.wells(battery).bound_As
+        if terrain.tapers:
+            low = Wells(np.maximum(share * least[0] + least[1], 0.0), least_bound)
+            low = tilted_after(battery, Tilted.of(battery, low), shift).wells(battery)
+            low = Wells(*(np.maximum(well, 0.0) for well in low))
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
         alive &= share * most[0] + most[1] >= -rounding_As
@@ -173,38 +211,51 @@ def enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> Envelopes:
         total, available = _farthest(battery, most, *stay, np.maximum)
         alive &= available >= -rounding_As
         overfull[: stop + 1] |= available > full.available_As
-        bound = _most_bound(battery, Wells(share * most[0] + most[1], bound), *stay)
+        high = Wells(share * most[0] + most[1], bound)
+        bounds = _bounds_tapering(battery, high, *stay)
+        bound = np.maximum.reduce(bounds)
         available = np.minimum(available, full.available_As)
         total = np.minimum(total, available + bound)
-        most_As.append(total)
         most = total, available - share * total
-        if not terrain.tapers:
-            available = np.maximum(share * least[0] + least[1], 0.0)
-            total = np.maximum(least[0], available)
-            least = total, available - share * total
+        upper = Wells(available, bound)
+        if terrain.tapers:
+            _, available = _farthest(battery, Tilted.of(battery, low), *stay, np.minimum)
+            available = np.clip(available, 0.0, full.available_As)
+            least_bound = np.minimum.reduce(_bounds_tapering(battery, low, *stay))
+            least = Tilted.of(battery, Wells(available, least_bound))
+            tops = (0.5 * (one + other) for one, other in zip(low, high, strict=True))
+            middle = Wells(*map(np.minimum, tops, full))
+            lower = Wells(available, least_bound)
+            after.append(AfterStay(upper, lower, total, bounds[0], middle))
+        else:
             total, available = _farthest(battery, least, *stay, np.minimum)
             alive &= available <= full.available_As + rounding_As
             available = np.maximum(available, 0.0)
             total = np.maximum(total, available)
             least = total, available - share * total
-    return Envelopes(alive, overfull, np.array(most_As))
+    return Envelopes(alive, overfull, after)
 
 
-def _most_bound(
+def _bounds_tapering(
     battery: Battery, most: Wells, current_A: Floats, low_s: Floats, high_s: Floats
-) -> Floats:
-    """Largest y2 [A s] after a stay of any duration between two that tapers once y1 = ωB.
+) -> list[Floats]:
+    """y2 [A s] after stays of two durations and one between, the least and largest among them.
+
+    The stay tapers once y1 = ωB.
 
     While the current is constant, y2' = k'z; the tilt z is monotonic then, and positive later on.
     """
     full, rate = battery.full, battery.rate_per_s
     most = Wells(*(np.minimum(well, top) for well, top in zip(most, full, strict=True)))
     charging_A = battery.bound_fraction * current_A
-    turn = charging_A / np.minimum(charging_A - rate * Tilted.of(battery, most).tilt_As, -TINY)
+    slope = charging_A - rate * Tilted.of(battery, most).tilt_As
+    turn = charging_A / np.where(slope == 0.0, TINY, slope)
     turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
     times_s = low_s, high_s, np.clip(turn_s, low_s, high_s)
-    ends = (tapered(battery, most, Stage(current_A, time_s)).bound_As for time_s in times_s)
-    return np.asarray(np.maximum.reduce([*ends]))
+    charges = np.any(current_A > 0.0)
+    full_s = time_to_full(battery, most, current_A) if charges else np.inf
+    ends = (tapered_from(battery, most, Stage(current_A, time_s), full_s) for time_s in times_s)
+    return [end.bound_As for end in ends]
 
 
 def _farthest(
@@ -248,7 +299,7 @@ class Limit(NamedTuple):
 
 
 def _limits(
-    terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
+    terrain: Terrain, boxes: Boxes, legs: Flown, after: Sequence[AfterStay]
 ) -> Iterator[Limit]:
     """0 ≤ y1 after every leg, y1 ≤ ωB after every stay, and the charge left at the end.
 
@@ -259,10 +310,13 @@ def _limits(
     hover, number = np.array(boxes.pattern)[:, None], np.arange(stops)[:, None]
     current_A = terrain.stay_current_A[boxes.places[1:-1]]
     worth_A, landings = np.where(hover, -current_A, current_A), list[Limit]()
+    low_s, high_s = boxes.low_s, boxes.high_s
     remaining, integral_s = levelling(battery, np.stack([low_s, high_s]))
     # Total charge at the corner and at the opposite one; tilt at both, and its bounds in the box.
     begin = zip((2, 4), terrain.charge_at(boxes.places[0]), strict=True)
     total_As, tilt_As = (np.full((rows, len(boxes)), value) for rows, value in begin)
+    # Where a stay may have tapered, y1 counts from the largest wells after it.
+    since_As, counts = total_As[0], np.ones(low_s.shape, bool)
     # For every stay that is over, bounds of (1−ω) I − k'z at its end, and of e^(−k'τ) since.
     weakest_A, strongest_A = np.zeros_like(low_s), np.zeros_like(low_s)
     least, most = np.ones_like(low_s), np.ones_like(low_s)
@@ -272,14 +326,14 @@ def _limits(
         push_A = np.where(hover, strongest_A, weakest_A)
         fade = np.where((push_A > 0.0) == hover, most, least)
         price_A = share * current_A + push_A * fade
-        return np.where(number < past, np.where(hover, -price_A, price_A), 0.0)
+        return np.where(counts & (number < past), np.where(hover, -price_A, price_A), 0.0)
 
     for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
-        total_As = total_As - leg.charge_As
+        total_As, since_As = total_As - leg.charge_As, since_As - leg.charge_As
         tilt_As = tilt_As * leg.remaining + leg.tilt_As
         least[:stop] *= leg.remaining
         most[:stop] *= leg.remaining
-        yield Limit(share * total_As[0] + tilt_As[0], price_A(stop), full=False)
+        yield Limit(share * since_As + tilt_As[0], price_A(stop), full=False)
         if stop == stops:
             break
         if stop and terrain.least_on_landing_As > -math.inf:
@@ -288,6 +342,7 @@ def _limits(
         long = 1 - int(boxes.pattern[stop])  # where the corner has the longest stay
         times_s = np.stack([low_s[stop], high_s[stop]])[[long, 1 - long]]
         total_As = total_As + current_A[stop] * times_s
+        since_As = since_As + current_A[stop] * times_s[0]
         charging_A = (1.0 - share) * current_A[stop]
         after_As = tilt_As[:, None] * remaining[:, stop] + charging_A * integral_s[:, stop]
         corners = after_As[0, long], after_As[1, 1 - long]
@@ -296,7 +351,15 @@ def _limits(
         strongest_A[stop] = charging_A - rate * tilt_As[2]
         least[:stop] *= remaining[1, stop]
         most[:stop] *= remaining[0, stop]
-        if not terrain.tapers:
+        if terrain.tapers:
+            wells, full = after[stop], battery.full.available_As
+            over = (current_A[stop] > 0.0) & (share * since_As + tilt_As[0] > full)
+            corner = Tilted.of(battery, wells.most)
+            tilts_As = corner.tilt_As, tilt_As[1], *wells.tilts_As(battery)
+            tilt_As = np.where(over, tilts_As, tilt_As)
+            since_As = np.where(over, corner.total_As, since_As)
+            counts[: stop + 1] &= ~over
+        else:
             room_As = battery.full.available_As - (share * total_As[1] + tilt_As[1])
             yield Limit(room_As, price_A(stop + 1), full=True)
     yield Limit(total_As[0] - terrain.least_charge_As, worth_A, full=False)

@@ -28,6 +28,9 @@ class Optima(NamedTuple):
     value: Floats
     x: Floats  # (unknown, programme)
     complete: Booleans
+    # Multipliers of the rows (row, programme), ≥ 0, that prove the value: the dual values, or a
+    # sum of rows that no point keeps.
+    prices: Floats
 
 
 def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) -> Optima:
@@ -49,6 +52,7 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
     _exchange(table, basic, other, first, first + int(worth.argmax()))
     value, x = np.empty(programmes), np.zeros((unknowns, programmes))
     complete, left = np.zeros(programmes, bool), np.arange(programmes)
+    prices = np.zeros((count, programmes))
     for exchange in range(EXCHANGES * count + 1):
         row = table[:-1, -1].argmin(axis=0)
         column_of = np.arange(len(left))
@@ -68,12 +72,21 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
             in_basis = basic[:, ends]
             which, which_at = np.nonzero(in_basis < unknowns)
             x[in_basis[which, which_at], at[which_at]] = ended[which, which_at]
+            proves = np.where(void, row, count)[ends]
+            which, which_at = np.nonzero(other[:, ends] >= unknowns)
+            slacks = other[:, ends][which, which_at] - unknowns
+            worth_of = table[..., ends][proves[which_at], which, which_at]
+            prices[slacks, at[which_at]] = np.maximum(worth_of, 0.0)
+            # The slack that the stuck row states is its own unknown.
+            own = basic[row, column_of][ends]
+            slack = np.flatnonzero(void[ends] & (own >= unknowns))
+            prices[own[slack] - unknowns, at[slack]] = 1.0
             left, row, column = left[~ends], row[~ends], column[~ends]
             table, basic, other = table[..., ~ends], basic[:, ~ends], other[:, ~ends]
             if not len(left):
                 break
         _exchange(table, basic, other, row, column)
-    return Optima(value, np.maximum(x, 0.0), complete)
+    return Optima(value, np.maximum(x, 0.0), complete, prices / scale)
 
 
 def _exchange(

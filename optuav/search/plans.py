@@ -7,7 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.kibam import Stage, Tilted, Wells, tapered, tilted_after
+from optuav.physics.kibam import (
+    Battery,
+    Stage,
+    Tilted,
+    Wells,
+    held,
+    holding_current,
+    tapered,
+    tilted_after,
+    time_to_full,
+)
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import HOVER, Boxes, Terrain
 
@@ -27,11 +37,14 @@ class Stops:
     rank: int
 
 
-def margins(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
+def margins(
+    terrain: Terrain, places: Integers, stays_s: Floats, held_s: Floats | None = None
+) -> Floats:
     """Distances of plans to the limits of the wells (limit, plan) [A s]; < 0 if violated.
 
     At the ends of stages: y1 is least or largest there. Where charging tapers, none passes full.
-    Places (stop + 2, plan), stays (stop, plan) [s].
+    Places (stop + 2, plan), stays (stop, plan) [s]. With times to hold y1 after each stay
+    (stop, plan) [s] charging does not taper by itself, and all distances are smooth in the times.
     """
     battery, maps = terrain.battery, terrain.leg_maps
     share, full_As = battery.available_fraction, battery.full.available_As
@@ -48,11 +61,18 @@ def margins(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
             break
         if terrain.least_on_landing_As > -math.inf:
             rows.append(total - terrain.least_on_landing_As)
-        stay = Stage(current_A[stop + 1], stays_s[stop])
-        total, tilt = _after_stay(terrain, Tilted(total, tilt), stay)
+        stay, before = Stage(current_A[stop + 1], stays_s[stop]), Tilted(total, tilt)
+        if held_s is None:
+            total, tilt = _after_stay(terrain, before, stay)
+        else:
+            total, tilt = tilted_after(battery, before, stay)
         rows.append(share * total + tilt)
-        if not terrain.tapers:
+        if held_s is not None or not terrain.tapers:
             rows.append(full_As - rows[-1])
+        if held_s is not None:
+            total, tilt = _after_hold(
+                battery, Tilted(total, tilt), Stage(stay.current_A, held_s[stop])
+            )
     return np.array([*rows, total - terrain.least_charge_As])
 
 
@@ -72,6 +92,34 @@ def _after_stay(terrain: Terrain, before: Tilted, stay: Stage) -> Tilted:
             end = tapered(battery, start, Stage(*(values[over] for values in stay)))
             after.total_As[over], after.tilt_As[over] = Tilted.of(battery, end)
     return after
+
+
+def steady_s(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
+    """Part of each stay before it tapers (stop, plan) [s]."""
+    battery, maps = terrain.battery, terrain.leg_maps
+    count, parts_s = places.shape[1], list[Floats]()
+    charge = Tilted(*(np.full(count, x) for x in terrain.charge_at(places[0])))
+    for leg, time_s in zip(itertools.pairwise(places[:-1]), stays_s, strict=True):
+        drawn_As, remaining, tilt_As = (table[-1][leg] for table in maps[1:])
+        charge = Tilted(charge.total_As - drawn_As, charge.tilt_As * remaining + tilt_As)
+        current_A = terrain.stay_current_A[leg[1]]
+        full_s = time_to_full(battery, charge.wells(battery), current_A)
+        parts_s.append(np.minimum(time_s, full_s))
+        charge = _after_stay(terrain, charge, Stage(current_A, time_s))
+    return np.array(parts_s)
+
+
+def _after_hold(battery: Battery, before: Tilted, hold: Stage) -> Tilted:
+    """Charge (plan,) after y1 was held where the current of a stage allows it, else after that."""
+    wells = before.wells(battery)
+    enough = holding_current(battery, wells) <= hold.current_A
+    end = Tilted.of(battery, held(battery, wells, hold.duration_s))
+    return Tilted(
+        *(
+            np.where(enough, *both)
+            for both in zip(end, tilted_after(battery, before, hold), strict=True)
+        )
+    )
 
 
 def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:

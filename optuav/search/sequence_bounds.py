@@ -5,8 +5,8 @@ Its rows hold for every plan within 0 ≤ y1 ≤ ωB, so none is lost. The total
 1. *Time and charge.* The stays fit into the box and into the time that flights leave; the charge
    that must be left is left, at the end and, if it must, at every landing.
 2. *Full.* y ≤ B after every stay that charges: y1 ≤ ωB, and y2 ≤ (1−ω)B always, as
-   y2' ≤ k_F (B − y2/(1−ω)) while y1 ≤ ωB. Where charging tapers, a stay takes I t − s with some
-   s ≥ 0 refused, one more unknown per stay, and y is at most what the envelopes of the box allow.
+   y2' ≤ k_F (B − y2/(1−ω)) while y1 ≤ ωB. Where charging tapers, both wells after such a stay are
+   unknowns of their own, with the rows of `optuav.search.tapering`.
 3. *Bound charge.* Charge cannot leave the bound well faster than y2' ≥ −k_F y2/(1−ω), as y1 ≥ 0. So
    y ≥ y2 ≥ β(e) = y2(0) e^(−k_F e/(1−ω)) at any time e after the start; β is convex and lies above
    its tangents, which are linear in t.
@@ -28,6 +28,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.search.bounds import enveloped
 from optuav.search.dual_simplex import dual_simplex
+from optuav.search.tapering import Landing, Row, tapering
 from optuav.search.terrain import Boxes, Flown, Terrain
 from optuav.search.tilt import Tilt
 
@@ -45,50 +46,71 @@ class Bounds(NamedTuple):
     stays_s: Floats
 
 
+class Programmes(NamedTuple):
+    """Rows (row, unknown, box) · x ≤ limits (row, box) that all plans of boxes keep.
+
+    Unknowns are the stays [s], and y1 and y2 after each stay that may taper, in seconds of
+    `unit_A`. None exceeds its top (unknown, box). The first row is the deadline.
+    """
+
+    rows: Floats
+    limits: Floats
+    tops: Floats
+
+
 def bounded(terrain: Terrain, boxes: Boxes, enough_s: Floats) -> Bounds:
     """Bound boxes; a programme is stopped once its bound is no more than enough (box,) [s]."""
-    rows, limits = rows_of(terrain, boxes)
+    rows, limits, tops_s = programmes(terrain, boxes)
     stops, hovers = len(boxes.pattern), boxes.hovers
     worth = np.zeros(rows.shape[1])
     worth[hovers] = 1.0
     sure_s = boxes.low_s[hovers].sum(axis=0) + ROUNDING_S
     left = limits - (rows[:, :stops] * boxes.low_s).sum(axis=1)
+    tops_s[:stops] -= boxes.low_s
     found = dual_simplex(rows, left, worth, enough_s - sure_s)
-    hover_s = found.value + sure_s
-    if terrain.tapers:
-        # Rounding of many exchanges may hide the plans of a small box: none is called empty.
-        hover_s = np.where(hover_s > -np.inf, hover_s, boxes.high_s[hovers].sum(axis=0))
-    return Bounds(hover_s, found.x[:stops] + boxes.low_s)
+    # By the prices on the rows themselves, so that rounding of the exchanges hides no plan.
+    paid = (found.prices[:, None] * rows).sum(axis=0)
+    limit = (found.prices * left).sum(axis=0)
+    none = found.value == -np.inf
+    void = none & (limit + (np.maximum(-paid, 0.0) * tops_s).sum(axis=0) < 0.0)
+    hover_s = limit + (np.maximum(worth[:, None] - paid, 0.0) * tops_s).sum(axis=0)
+    hover_s = np.where(none, tops_s[hovers].sum(axis=0), hover_s) + sure_s
+    return Bounds(np.where(void, -np.inf, hover_s), found.x[:stops] + boxes.low_s)
 
 
-def rows_of(terrain: Terrain, boxes: Boxes) -> tuple[Floats, Floats]:
-    """Rows (row, unknown, box) · x ≤ limits (row, box) that all plans of boxes keep.
-
-    Unknowns are the stays [s] and, where charging tapers, the charge that each refuses, in seconds
-    of its current. The first row is the deadline.
-    """
+def programmes(terrain: Terrain, boxes: Boxes) -> Programmes:
+    """The rows that all plans of boxes keep."""
     battery, stops = terrain.battery, len(boxes.pattern)
     legs = Flown(*(table[-1][boxes.places[:-1], boxes.places[1:]] for table in terrain.leg_maps))
-    current_A, begin = (
-        terrain.stay_current_A[boxes.places[1:-1]],
-        terrain.charge_at(boxes.places[0]),
-    )
+    current_A = terrain.stay_current_A[boxes.places[1:-1]]
+    begin = terrain.charge_at(boxes.places[0])
+    full = [stop for stop in range(stops) if (current_A[stop] > 0.0).any()]
     # At every landing: time and charge without stays, the stays before, and what they add.
     elapsed_s = legs.duration_s.cumsum(axis=0)
     charge_As = begin.total_As - legs.charge_As.cumsum(axis=0)
     before = np.repeat(np.tri(stops + 1, stops, -1)[:, :, None], len(boxes), axis=2)
     gained, stay = before * current_A, np.repeat(np.eye(stops)[:, :, None], len(boxes), axis=2)
-    most_As = np.full_like(current_A, battery.capacity_As)
-    if terrain.tapers:
-        gained = np.hstack([gained, -before * np.maximum(current_A, 0.0)])
-        before, stay = (np.hstack([rows, np.zeros_like(rows)]) for rows in (before, stay))
-        most_As = enveloped(terrain, boxes, legs).most_As
+    tops, tapers = boxes.high_s.copy(), full if terrain.tapers else []
+    if tapers:
+        unit_A = float(np.abs(terrain.stay_current_A).max())
+        none = np.zeros((stops + 1, 2 * len(tapers), len(boxes)))
+        gained, before, stay = (np.hstack([x, none[: len(x)]]) for x in (gained, before, stay))
+        for number, stop in enumerate(tapers):
+            column = stops + 2 * number
+            # From here on the charge counts from both wells, not from the start.
+            gained[stop + 1 :, : stop + 1] = gained[stop + 1 :, stops:column] = 0.0
+            gained[stop + 1 :, column : column + 2] = unit_A
+            charge_As[stop + 1 :] -= charge_As[stop].copy()
+        wells_s = np.repeat(np.array(battery.full)[:, None] / unit_A, len(boxes), axis=1)
+        tops = np.vstack([tops, *[wells_s] * len(tapers)])
     least_As = [*[terrain.least_on_landing_As] * stops, terrain.least_charge_As]
     left = [landing for landing in range(stops + 1) if least_As[landing] > -math.inf]
-    full = [stop for stop in range(stops) if (current_A[stop] > 0.0).any()]
-    rows = [stay.sum(axis=0)[None], stay, -gained[left], gained[[stop + 1 for stop in full]]]
+    rows = [stay.sum(axis=0)[None], stay, -gained[left]]
     limits = [terrain.deadline_s - elapsed_s[-1:], boxes.high_s]
-    limits += [charge_As[left] - np.array(least_As)[left, None], (most_As - charge_As[:-1])[full]]
+    limits.append(charge_As[left] - np.array(least_As)[left, None])
+    if not terrain.tapers:
+        rows.append(gained[[stop + 1 for stop in full]])
+        limits.append(battery.capacity_As - charge_As[full])
     drained_per_s = battery.flow_rate_per_s / battery.bound_fraction
     bound_As = battery.bound_fraction * begin.total_As - begin.tilt_As
     for share in TANGENTS if drained_per_s else TANGENTS[:1]:
@@ -97,27 +119,31 @@ def rows_of(terrain: Terrain, boxes: Boxes) -> tuple[Floats, Floats]:
         slope_A = -drained_per_s * height_As
         rows.append(slope_A * before - gained)
         limits.append(charge_As - height_As - slope_A * (elapsed_s - at_s))
-    wells = zip(*_wells(terrain, boxes, gained, charge_As), strict=True)
+    wells = zip(*_wells(terrain, boxes, legs, gained, charge_As, tapers), strict=True)
     for each, more in zip((rows, limits), wells, strict=True):
         each.append(np.array(more))
-    return np.concatenate(rows), np.concatenate(limits)
+    return Programmes(np.concatenate(rows), np.concatenate(limits), tops)
 
 
 def _wells(
-    terrain: Terrain, boxes: Boxes, gained: Floats, charge_As: Floats
-) -> Iterator[tuple[Floats, Floats]]:
+    terrain: Terrain,
+    boxes: Boxes,
+    legs: Flown,
+    gained: Floats,
+    charge_As: Floats,
+    tapers: list[int],
+) -> Iterator[Row]:
     """Rows y1 ≥ 0 after each stage of a leg and each stay that draws, y1 ≤ ωB after others."""
     battery, stops, maps = terrain.battery, len(boxes.pattern), terrain.leg_maps
     share, current_A = battery.available_fraction, terrain.stay_current_A[boxes.places[1:-1]]
     before_As, tilt_As = (np.full(len(boxes), x) for x in terrain.charge_at(boxes.places[0]))
     # −z as well: a plane above it is one below z.
-    tilt, opposite = (Tilt.at_start(sign * tilt_As, boxes) for sign in (1.0, -1.0))
+    tilt, opposite = (Tilt.at_start(sign * tilt_As, gained.shape[1]) for sign in (1.0, -1.0))
+    envelopes = enveloped(terrain, boxes, legs).after if tapers else None
 
-    def row(rises: Floats, tilt: Tilt, room_As: Floats) -> tuple[Floats, Floats]:
+    def row(rises: Floats, tilt: Tilt, room_As: Floats) -> Row:
         """Row of ± y1, whose total rises by so much with the unknowns, and what it may fall."""
-        falls = -share * rises
-        falls[:stops] -= tilt.slope_A
-        return falls, share * room_As + tilt.height_As
+        return -share * rises - tilt.slope_A, share * room_As + tilt.height_As
 
     for stop, leg in enumerate(itertools.pairwise(boxes.places)):
         start = tilt
@@ -128,12 +154,21 @@ def _wells(
         if stop == stops:
             break
         before_As, amps = charge_As[stop], current_A[stop]
+        opposite = opposite.flown(remaining, -tilted_As)
+        if stop in tapers and envelopes is not None:
+            column = stops + 2 * tapers.index(stop)
+            wells_A = np.zeros((2, *gained[stop].shape))
+            wells_A[0, column] = wells_A[1, column + 1] = gained[stop + 1][column]
+            landing, after = Landing(before_As, gained[stop], tilt, opposite), envelopes[stop]
+            yield from tapering(battery, boxes, stop, amps, landing, wells_A, after)
+            before_As = np.zeros_like(before_As)
+            tilt = Tilt.of_wells(battery, wells_A, after.tilts_As(battery))
+            opposite = Tilt(-tilt.height_As, -tilt.slope_A, -tilt.most_As, -tilt.least_As)
+            continue
         times_s = boxes.low_s[stop], boxes.high_s[stop]
         tilt = tilt.stayed(battery, stop, amps, *times_s)
-        opposite = opposite.flown(remaining, -tilted_As).stayed(battery, stop, -amps, *times_s)
+        opposite = opposite.stayed(battery, stop, -amps, *times_s)
         if (amps < 0.0).any():
             yield row(gained[stop + 1], tilt, before_As)
-        if terrain.tapers:
-            tilt = tilt.tapered()
-        elif (amps > 0.0).any():
+        if (amps > 0.0).any():
             yield row(-gained[stop + 1], opposite, battery.capacity_As - before_As)

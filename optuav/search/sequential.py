@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.search.dual_simplex import TOLERANCE, dual_simplex
-from optuav.search.plans import margins
+from optuav.search.plans import margins, steady_s
 from optuav.search.terrain import Boxes, Terrain
 
-STEPS = 60  # Largest number of linear programmes a sequence
+STEPS = 200  # Largest number of linear programmes a sequence
 STILL_S = 1e-9  # A shorter step is the last [s]
 # Distance that is kept from limits, in seconds of the stay that counts most there: more than the
 # tolerance of a linear programme.
@@ -19,14 +19,22 @@ LEAST_SLOPE_A = 1e-6  # Limits that no stay changes more than this are not scale
 PENALTY = 100.0  # Hover [s] that a violation of a limit by one second of stay is worth
 
 
-def improved(terrain: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
+def improved(terrain: Terrain, boxes: Boxes, begin_s: Floats) -> Floats:
     """Stays (stop, box) [s] that hover as long as steps from the given ones lead.
 
     Each step maximises the hover less a penalty on the largest violation of the limits, linear in
     the stays there, within a distance of each stay; the distance is halved if the step is too long
-    to gain. They may violate limits where the wells leave no plan near by.
+    to gain. They may violate limits where the wells leave no plan near by. Where charging tapers, a
+    stay has two parts, at constant current and at constant y1, as the limits bend where it begins
+    to taper; a charger that tapers holds no less at the end of both.
     """
-    stays_s, worth = stays_s.copy(), np.append(np.array(boxes.pattern, float), -PENALTY)
+    stays_s, worth = begin_s.copy(), np.array(boxes.pattern, float)
+    able = np.ones(stays_s.shape, bool)
+    if terrain.tapers:
+        stays_s = steady_s(terrain, boxes.places, begin_s)
+        stays_s = np.vstack([stays_s, begin_s - stays_s])
+        worth, able = np.tile(worth, 2), np.vstack([able, _charges(terrain, boxes.places)])
+    worth = np.append(worth, -PENALTY)
     legs_s = terrain.duration_s[boxes.places[:-1], boxes.places[1:]].sum(axis=0)
     left_s = np.maximum(terrain.deadline_s - legs_s - APART_S, 0.0)
     reach_s, moving = left_s.copy(), np.arange(len(boxes))
@@ -36,12 +44,17 @@ def improved(terrain: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
         scale_A = np.maximum(np.abs(slope_A).max(axis=1), LEAST_SLOPE_A)
         low_s = np.maximum(here_s - reach, 0.0)
         rows, limits = _programme(
-            value_As / scale_A, slope_A / scale_A[:, None], here_s, low_s, reach, left_s[moving]
+            value_As / scale_A,
+            slope_A / scale_A[:, None],
+            here_s,
+            low_s,
+            reach * able[:, moving],
+            left_s[moving],
         )
         found = dual_simplex(rows, limits, worth, np.full(len(moving), -np.inf))
         there_s = low_s + found.x[:-1]
         there_s *= np.minimum(1.0, left_s[moving] / np.maximum(there_s.sum(axis=0), STILL_S))
-        there_As = margins(terrain, places, there_s)
+        there_As = _margins(terrain, places, there_s)
         now, then = (
             worth[:-1] @ each_s + PENALTY * np.minimum((each_As / scale_A - APART_S).min(axis=0), 0)
             for each_s, each_As in ((here_s, value_As), (there_s, there_As))
@@ -50,19 +63,31 @@ def improved(terrain: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
         gains = then > now
         stays_s[:, moving[gains]] = there_s[:, gains]
         reach_s[moving] = np.where(gains, reach, 0.5 * np.minimum(step_s, reach))
-        moving = moving[step_s >= STILL_S]
+        moving = moving[np.minimum(step_s, reach_s[moving]) >= STILL_S]
         if not len(moving):
             break
-    return stays_s
+    return np.asarray(stays_s.reshape(-1, *begin_s.shape).sum(axis=0))
+
+
+def _charges(terrain: Terrain, places: Integers) -> Booleans:
+    """Whether stays at places charge (stop, plan)."""
+    return np.asarray(terrain.stay_current_A[places[1:-1]] > 0.0)
+
+
+def _margins(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
+    """Distances to the limits (limit, plan) [A s]; both parts of stays one after the other."""
+    if not terrain.tapers:
+        return margins(terrain, places, stays_s)
+    return margins(terrain, places, *np.split(stays_s, 2))
 
 
 def _linear(terrain: Terrain, places: Integers, stays_s: Floats) -> tuple[Floats, Floats]:
-    """Distances to the limits (limit, plan) [A s], and what a stay adds (limit, stop, plan) [A]."""
-    stops, count = stays_s.shape
-    moved_s = np.repeat(stays_s[:, None], stops + 1, axis=1)
-    moved_s[np.arange(stops), np.arange(stops)] += DIFFERENCE_S
-    at = np.repeat(places[:, None], stops + 1, axis=1).reshape(len(places), -1)
-    values = margins(terrain, at, moved_s.reshape(stops, -1)).reshape(-1, stops + 1, count)
+    """Distances to the limits (limit, plan) [A s], and what a stay adds (limit, stay, plan) [A]."""
+    stays, count = stays_s.shape
+    moved_s = np.repeat(stays_s[:, None], stays + 1, axis=1)
+    moved_s[np.arange(stays), np.arange(stays)] += DIFFERENCE_S
+    at = np.repeat(places[:, None], stays + 1, axis=1).reshape(len(places), -1)
+    values = _margins(terrain, at, moved_s.reshape(stays, -1)).reshape(-1, stays + 1, count)
     return values[:, -1], (values[:, :-1] - values[:, -1:]) / DIFFERENCE_S
 
 
@@ -76,5 +101,5 @@ def _programme(
     keeps = np.concatenate([-slope, np.full((len(slope), 1, count), -1.0)], axis=1)
     near = np.repeat(np.eye(stops, stops + 1)[:, :, None], count, axis=2)
     from_low_s = value_s - APART_S - (slope * (here_s - low_s)).sum(axis=1)
-    limits = left_s - low_s.sum(axis=0), from_low_s, here_s + reach_s - low_s
+    limits = left_s - low_s.sum(axis=0), from_low_s, here_s - low_s + reach_s
     return np.concatenate([in_time, keeps, near]), np.vstack(limits)

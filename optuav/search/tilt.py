@@ -13,7 +13,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -21,22 +21,24 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.quantity import TINY
-from optuav.search.terrain import Boxes
 
 
 @dataclass(frozen=True)
 class Tilt:
-    """A plane height + slope · t over the stays t that z never exceeds, and the range of z."""
+    """A plane height + slope · x over the unknowns x that z never exceeds, and the range of z.
+
+    The first unknowns are the stays.
+    """
 
     height_As: Floats  # (box,)
-    slope_A: Floats  # (stop, box)
+    slope_A: Floats  # (unknown, box)
     least_As: Floats
     most_As: Floats
 
     @classmethod
-    def at_start(cls, tilt_As: Floats, boxes: Boxes) -> Self:
+    def at_start(cls, tilt_As: Floats, unknowns: int) -> Self:
         """The known tilt of the start (box,) [A s]."""
-        return cls(tilt_As, np.zeros_like(boxes.low_s), tilt_As, tilt_As)
+        return cls(tilt_As, np.zeros((unknowns, len(tilt_As))), tilt_As, tilt_As)
 
     def flown(self, remaining: Floats, tilt_As: Floats) -> Tilt:
         """The tilt after a leg, which maps z to remaining · z + tilt."""
@@ -77,6 +79,8 @@ class Tilt:
         ]
         return Tilt(height_As, slope_A, np.minimum(*ends[:2]), np.maximum(*ends[2:]))
 
-    def tapered(self) -> Tilt:
-        """The tilt where a stay may have tapered: it holds y1 = ωB ≥ ωy."""
-        return replace(self, least_As=np.minimum(self.least_As, 0.0))
+    @classmethod
+    def of_wells(cls, battery: Battery, wells_A: Floats, range_As: tuple[Floats, Floats]) -> Self:
+        """The tilt of wells that are unknowns themselves, y1 and y2 with columns (unknown, box)."""
+        slope_A = battery.bound_fraction * wells_A[0] - battery.available_fraction * wells_A[1]
+        return cls(np.zeros_like(range_As[0]), slope_A, *range_As)
