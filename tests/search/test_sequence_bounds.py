@@ -15,11 +15,12 @@ import optuav
 from optuav.arrays import Floats
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
+from optuav.search.bounds import enveloped
 from optuav.search.dual_simplex import dual_simplex
 from optuav.search.plans import slack
 from optuav.search.sequence_bounds import bounded, programmes
 from optuav.search.sequences import patterns, sequences
-from optuav.search.terrain import Boxes, Pattern, Terrain
+from optuav.search.terrain import Boxes, Flown, Pattern, Terrain
 from optuav.search.tilt import Tilt
 from tests.examples import few
 from tests.search.test_search import small, terrain_of
@@ -29,7 +30,10 @@ CHARGING = st.sampled_from(["constant", "taper"])
 
 @pytest.mark.parametrize("seed", range(6))
 def test_many_programmes_at_once_are_those_of_highs(seed: int) -> None:
-    """Optima, points and missing points, one by one; and every stopped value is a bound."""
+    """Optima, points and missing points, one by one; and every stopped value is a bound.
+
+    The prices prove each by duality, or by a sum of rows that no point keeps.
+    """
     random = np.random.default_rng(seed)
     rows = random.normal(size=(9, 4, 60)) * (random.random((9, 4, 60)) < 0.7)
     limits, worth = random.normal(0.5, 1.0, (9, 60)), np.array([0.0, 1.0, 1.0, -0.3])
@@ -42,10 +46,16 @@ def test_many_programmes_at_once_are_those_of_highs(seed: int) -> None:
         if one.status == 2:
             assert found.value[number] == -np.inf
             assert not found.complete[number] or early.value[number] <= 1.0
+            assert (rows[..., number].T @ found.prices[:, number] >= -1e-9).all()
+            assert limits[:, number] @ found.prices[:, number] < 0.0
             continue
         some += 1
         assert found.complete[number]
         assert found.value[number] == pytest.approx(-one.fun, abs=1e-8)
+        assert (found.prices[:, number] >= 0.0).all()
+        assert (rows[..., number].T @ found.prices[:, number] >= worth - 1e-9).all()
+        proved = limits[:, number] @ found.prices[:, number]
+        assert proved == pytest.approx(-one.fun, abs=1e-8)
         assert worth @ found.x[:, number] == pytest.approx(-one.fun, abs=1e-8)
         assert (rows[..., number].T @ np.zeros(9) == 0.0).all()
         assert (found.x[:, number] @ rows[..., number].T <= limits[:, number] + 1e-8).all()
@@ -94,6 +104,32 @@ def wells_after_rests(known: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
             if stop in charging:
                 levels[charging.index(stop), :, plan] = wells
     return levels.reshape(-1, len(boxes)) / np.abs(known.stay_current_A).max()
+
+
+@settings(few(8), deadline=None)
+@given(small, st.sampled_from([*patterns(2, 2)][1:]), st.integers(0, 2**32 - 1))
+def test_wells_after_rests_that_taper_lie_within_their_envelopes(
+    keys: dict[str, float], pattern: Pattern, seed: int
+) -> None:
+    """Random plans that the wells bear, stepped through KiBaM, in random boxes around them."""
+    changes = {**keys, "battery.charging": "taper", "limits.deadline_s": 1200.0}
+    known = terrain_of(optuav.load("paper").replace(changes))
+    boxes, stays_s = boxes_around(known, pattern, np.random.default_rng(seed))
+    boxes, stays_s = boxes.take(slice(60)), stays_s[:, :60]
+    if not len(boxes):
+        return
+    current_A = known.stay_current_A[boxes.places[1:-1]]
+    charging = [stop for stop in range(len(pattern)) if (current_A[stop] > 0.0).any()]
+    unit_A = np.abs(known.stay_current_A).max()
+    levels_As = unit_A * wells_after_rests(known, boxes, stays_s).reshape(-1, 2, len(boxes))
+    legs = Flown(*(table[-1][boxes.places[:-1], boxes.places[1:]] for table in known.leg_maps))
+    envelopes = enveloped(known, boxes, legs)
+    assert envelopes.alive.all()
+    rounding_As = 1e-9 * known.battery.capacity_As
+    for stop, wells_As in zip(charging, levels_As, strict=True):
+        after = envelopes.after[stop]
+        assert (wells_As <= np.array(after.most) + rounding_As).all()
+        assert (wells_As >= np.array(after.least) - rounding_As).all()
 
 
 @settings(few(8), deadline=None)

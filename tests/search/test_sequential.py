@@ -9,7 +9,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.network.network import build_network
 from optuav.search.greedy import greedy
-from optuav.search.plans import feasible
+from optuav.search.plans import feasible, margins, steady_s
 from optuav.search.sequence_bounds import bounded
 from optuav.search.sequences import patterns, sequences
 from optuav.search.sequential import improved
@@ -70,9 +70,11 @@ def test_seven_stays_trade_rests_against_hovers() -> None:
     assert (near_s[boxes.hovers].sum(axis=0)[holds] <= hover_s + 1e-6).all()
 
 
-def test_where_nothing_flows_plans_reach_their_bounds() -> None:
+@pytest.mark.parametrize("charging", ["constant", "taper"])
+def test_where_nothing_flows_plans_reach_their_bounds(charging: str) -> None:
     """With k_F = 0 the programme is the problem: every sequence has its longest hover."""
-    known = terrain_of(optuav.load("paper").replace({"battery.flow_rate_per_s": 0.0}))
+    changes = {"battery.flow_rate_per_s": 0.0, "battery.charging": charging}
+    known = terrain_of(optuav.load("paper").replace(changes))
     for pattern in patterns(2, 1):
         for boxes in sequences(known, pattern):
             found = bounded(known, boxes, np.full(len(boxes), -np.inf))
@@ -81,3 +83,21 @@ def test_where_nothing_flows_plans_reach_their_bounds() -> None:
             assert feasible(known, boxes.take(exists), stays_s).all()
             hover_s = stays_s[boxes.hovers].sum(axis=0)
             assert hover_s == pytest.approx(found.hover_s[exists], abs=1e-7)
+
+
+@pytest.mark.parametrize("rate_per_s", [0.0, 1e-4, 5e-3])
+def test_both_parts_of_a_stay_that_tapers_are_the_whole(rate_per_s: float) -> None:
+    """To constant current up to full and constant y1 from there on, KiBaM gives the same charge."""
+    keys = {"battery.flow_rate_per_s": rate_per_s, "battery.charging": "taper"}
+    known = terrain_of(optuav.load("paper").replace({**keys, "battery.capacity_As": 30_000.0}))
+    chance, (boxes, *_) = np.random.default_rng(4), sequences(known, (False, True, False))
+    boxes = boxes.take(chance.integers(0, len(boxes), 300))
+    stays_s = chance.uniform(0.0, 900.0, boxes.low_s.shape) * np.array([[1.0], [0.2], [1.0]])
+    first_s = steady_s(known, boxes.places, stays_s)
+    whole = margins(known, boxes.places, stays_s)
+    both = margins(known, boxes.places, first_s, stays_s - first_s)
+    assert 30 < (first_s < stays_s).any(axis=0).sum() < 300
+    assert (first_s[1] == stays_s[1]).all()
+    assert both[-1] == pytest.approx(whole[-1], abs=1e-6)
+    stages = len(known.leg_maps.charge_As)
+    assert both[-1 - stages : -1] == pytest.approx(whole[-1 - stages : -1], abs=1e-6)
