@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
@@ -21,16 +21,22 @@ from optuav.network.timeline import stay_net
 from optuav.network.variants import as_variants
 from optuav.options import Perspective
 from optuav.search.branch import TIE_S, SearchResult
+from optuav.search.dual_simplex import dual_simplex
 from optuav.search.plans import Stops
-from optuav.silence import silent
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import affine_charge, balance, longest_by_balance
 
+SEQUENCES_AT_ONCE = 1 << 12  # Sequences whose programmes are solved together
+
 
 class _Sequences(NamedTuple):
-    """Programmes Σ worth · t ≥ −spare and Σ t ≤ left in the stays t ≥ 0, one per sequence."""
+    """Programmes Σ worth · t ≥ −spare and Σ t ≤ left in the stays t ≥ 0, one per sequence.
+
+    Stays beyond the end of a sequence are worth nothing.
+    """
 
     places: Integers  # (place, sequence), −1 beyond the end
+    hovers: Booleans  # Whether a stop is a hover (stop, sequence)
     spare: Floats  # After each leg, above η0 (leg, sequence) [-]
     worth: Floats  # Of a second of each stay (stop, sequence) [1/s]
     left_s: Floats
@@ -44,29 +50,30 @@ def longest_by_charge(
     The network has the sequences (place, sequence) as routes, in the order in which ties are
     broken, each with the rest on its best building.
     """
-    best: Stops | None = None
     by_end = replace(network, mission=network.mission.replace({"limits.keep_soc": "end"}))
     bounds_s = longest_by_balance(balance(as_variants(by_end), perspective))[:, 0]
     known = _sequences(by_end, places, perspective)
     latest = time.monotonic() + (np.inf if time_limit_s is None else time_limit_s)
-    longest_s, ended = -np.inf, ""
+    hover_s, longest_s = np.full(len(bounds_s), -np.inf), -np.inf
+    bound_s, ended = -np.inf, ""
     order = np.argsort(-bounds_s, kind="stable")
-    for number in order[bounds_s[order] >= 0.0].tolist():
-        if bounds_s[number] < longest_s - TIE_S:
+    order = order[bounds_s[order] >= 0.0]
+    for first in range(0, len(order), SEQUENCES_AT_ONCE):
+        some = order[first : first + SEQUENCES_AT_ONCE]
+        some = some[bounds_s[some] >= longest_s - TIE_S]
+        if not len(some):
             break
         if time.monotonic() > latest:
-            ended = f"ended after {time_limit_s:g} s"
+            bound_s, ended = float(bounds_s[some[0]]), f"ended after {time_limit_s:g} s"
             break
-        if (stays_s := _longest_stays(known, number)) is None:
-            continue
-        of_sequence = places[places[:, number] >= 0, number]
-        hover_s = float(stays_s[of_sequence[1:-1] == HOVER].sum())
-        stops = Stops(of_sequence, stays_s, hover_s, number)
-        longest_s = max(longest_s, hover_s)
-        tied = best is not None and best.hover_s >= longest_s - TIE_S
-        if best is None or not tied or (hover_s >= longest_s - TIE_S and number < best.rank):
-            best = stops
-    bound_s = float(bounds_s[number]) if ended else longest_s
+        hover_s[some] = _longest_hovers(known, some, longest_s - 2.0 * TIE_S)
+        longest_s = max(longest_s, float(hover_s[some].max()))
+    best = None
+    if longest_s > -np.inf:
+        number = int(np.flatnonzero(hover_s >= longest_s - TIE_S)[0])
+        stays_s = _short_rests(known, number, float(hover_s[number]))
+        hovered_s = float(stays_s[known.hovers[: len(stays_s), number]].sum())
+        best = Stops(places[places[:, number] >= 0, number], stays_s, hovered_s, number)
     return SearchResult(best, max(bound_s, longest_s), ended)
 
 
@@ -95,27 +102,36 @@ def _sequences(network: Network, places: Integers, perspective: Perspective) -> 
         )
         stay = replace(table, rest_current_A=rest_A, rest_received_W=rest_W)
         _, drawn, gained = affine_charge(stay, perspective)
-        worth[stop] = np.where(at == HOVER, -drawn, gained)
+        worth[stop] = np.where(at == HOVER, -drawn, np.where(at >= FIRST_BUILDING, gained, 0.0))
     left_s = np.broadcast_to(table.time_left, count)
-    return _Sequences(places, np.array(spare), worth, left_s)
+    return _Sequences(places, places[1:-1] == HOVER, np.array(spare), worth, left_s)
 
 
-def _longest_stays(known: _Sequences, number: int) -> Floats | None:
-    """The stays [s] with the longest hover on one sequence, the rests short; None without any."""
-    from scipy.optimize import linprog
+def _longest_hovers(known: _Sequences, numbers: Integers, enough_s: float) -> Floats:
+    """The longest hover of sequences [s]; −inf without any, or where it is no more than enough."""
+    longest_s, hovers = np.full(len(numbers), -np.inf), known.hovers[:, numbers]
+    for pattern in np.unique(hovers, axis=1).T:
+        alike = (hovers == pattern[:, None]).all(axis=0)
+        rows, limits = _programmes(known, numbers[alike])
+        found = dual_simplex(rows, limits, pattern.astype(float), np.full(alike.sum(), enough_s))
+        longest_s[alike] = np.where(found.complete, found.value, -np.inf)
+    return longest_s
 
-    at = known.places[known.places[:, number] >= 0, number]
-    hovers, stays = at[1:-1] == HOVER, len(at) - 2
-    before = np.tri(stays + 1, stays, -1)  # Stays before each landing
-    worth = known.worth[:stays, number]
-    scale = np.abs(worth).max(initial=0.0) or 1.0
-    rows = np.vstack([-before * worth / scale, np.ones(stays)])
-    limits = np.append(known.spare[: stays + 1, number] / scale, known.left_s[number])
-    with silent():
-        longest: Any = linprog(-1.0 * hovers, A_ub=rows, b_ub=limits, method="highs")
-        if longest.status != 0:
-            return None
-        held, hover_s = np.vstack([rows, -1.0 * hovers]), -float(longest.fun)
-        shortest: Any = linprog(1.0 * ~hovers, A_ub=held, b_ub=[*limits, -hover_s], method="highs")
-    stays_s: Floats = (shortest if shortest.status == 0 else longest).x
-    return stays_s
+
+def _short_rests(known: _Sequences, number: int, hover_s: float) -> Floats:
+    """The stays [s] of a sequence with a hover time and the least rest."""
+    hovers = known.hovers[:, number]
+    rows, limits = _programmes(known, np.array([number]))
+    rows = np.concatenate([rows, -1.0 * hovers[None, :, None]])
+    limits = np.concatenate([limits, [[-hover_s]]])
+    worth = np.where(hovers, 0.0, -1.0)
+    shortest = dual_simplex(rows, limits, worth, np.array([-np.inf]))
+    return shortest.x[: (known.places[:, number] >= 0).sum() - 2, 0]
+
+
+def _programmes(known: _Sequences, numbers: Integers) -> tuple[Floats, Floats]:
+    """Rows and limits of sequences, the deadline first."""
+    worth = known.worth[:, numbers]
+    before = np.tri(len(worth) + 1, len(worth), -1)[:, :, None]  # Stays before each landing
+    rows = np.concatenate([np.ones((1, *worth.shape)), -before * worth])
+    return rows, np.vstack([known.left_s[numbers], known.spare[:, numbers]])
