@@ -28,7 +28,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.search.bounds import enveloped
 from optuav.search.dual_simplex import dual_simplex
-from optuav.search.tapering import Landing, Row, tapering
+from optuav.search.tapering import ChargePlanes, Row, tapering
 from optuav.search.terrain import Boxes, Flown, Terrain
 from optuav.search.tilt import Tilt
 
@@ -159,7 +159,7 @@ def _wells(
             column = stops + 2 * tapers.index(stop)
             wells_A = np.zeros((2, *gained[stop].shape))
             wells_A[0, column] = wells_A[1, column + 1] = gained[stop + 1][column]
-            landing, after = Landing(before_As, gained[stop], tilt, opposite), envelopes[stop]
+            landing, after = ChargePlanes(before_As, gained[stop], tilt, opposite), envelopes[stop]
             yield from tapering(battery, boxes, stop, amps, landing, wells_A, after)
             before_As = np.zeros_like(before_As)
             tilt = Tilt.of_wells(battery, wells_A, after.tilts_As(battery))

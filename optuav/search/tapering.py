@@ -26,7 +26,7 @@ Row: TypeAlias = tuple[Floats, Floats]
 """Coefficients (unknown, box) and the limit (box,) of their sum."""
 
 
-class Landing(NamedTuple):
+class ChargePlanes(NamedTuple):
     """The charge on landing as planes in the unknowns."""
 
     total_As: Floats  # y without stays (box,)
@@ -40,7 +40,7 @@ def tapering(
     boxes: Boxes,
     stop: int,
     current_A: Floats,
-    landing: Landing,
+    landing: ChargePlanes,
     wells_A: Floats,
     after: AfterStay,
 ) -> Iterator[Row]:
@@ -72,7 +72,7 @@ def tapering(
 
 
 def _lacking(
-    battery: Battery, stay: Stage, landing: Landing, begin: Wells
+    battery: Battery, stay: Stage, landing: ChargePlanes, begin: Wells
 ) -> tuple[Floats, Floats]:
     """A plane below D after a stay, height − slope · x; it touches D of the wells at the beginning.
 
