@@ -220,14 +220,16 @@ def enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> Envelopes:
         upper = Wells(available, bound)
         if terrain.tapers:
             _, available = _farthest(battery, Tilted.of(battery, low), *stay, np.minimum)
-            available = np.clip(available, 0.0, full.available_As)
             least_bound = np.minimum.reduce(_bounds_tapering(battery, low, *stay))
-            least = Tilted.of(battery, Wells(available, least_bound))
-            tops = (0.5 * (one + other) for one, other in zip(low, high, strict=True))
-            middle = Wells(*map(np.minimum, tops, full))
-            lower = Wells(available, least_bound)
+            lower = Wells(np.clip(available, 0.0, full.available_As), least_bound)
+            least = Tilted.of(battery, lower)
+            halfway = (0.5 * (one + other) for one, other in zip(low, high, strict=True))
+            middle = Wells(*map(np.minimum, halfway, full))
             after.append(AfterStay(upper, lower, total, bounds[0], middle))
         else:
+            available = np.maximum(share * least[0] + least[1], 0.0)
+            total = np.maximum(least[0], available)
+            least = total, available - share * total
             total, available = _farthest(battery, least, *stay, np.minimum)
             alive &= available <= full.available_As + rounding_As
             available = np.maximum(available, 0.0)
