@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.places import HOVER, Places, build_places
+from optuav.network.places import Places, build_places
 from optuav.network.prisms import Prisms, prisms
 
 COVERAGE_SHARE = 0.4

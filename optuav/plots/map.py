@@ -399,15 +399,15 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
 
 def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Artist]:
     """Draw the scenery from above, and set the limits; entries of the legend."""
-    mission, entries = shown.mission, list[Artist]()
+    entries = list[Artist]()
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.0)
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
     discs = [(device_m, radius_m) for device_m, radius_m in shown.discs if math.isfinite(radius_m)]
     for device_m, radius_m in discs:
-        radius_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device_m).max()))
+        drawn_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device_m).max()))
         at = (float(device_m[0]), float(device_m[1]))
-        disc = Circle(at, radius_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
+        disc = Circle(at, drawn_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
         disc.set_label("coverage at the hover altitude")
         ax.add_artist(disc)  # unlike a patch, it does not move the limits
     entries += [disc] if discs else []
