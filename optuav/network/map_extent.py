@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.places import HOVER, Places, build_places
+from optuav.network.places import Places, build_places
 from optuav.network.prisms import Prisms, prisms
 
 COVERAGE_SHARE = 0.4
@@ -40,12 +40,22 @@ class Scene:
 
     @property
     def disc_radius_m(self) -> float:
-        """Radius of the coverage at the altitude of hovering [m]; NaN where it does not reach."""
-        hover_z_m = float(self.places.position_m[HOVER, 2])
-        altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
-        height_m = altitude_m - self.mission.device_m[2]
-        squared = vehicle.coverage_radius_m(self.mission) ** 2 - height_m**2
-        return math.sqrt(squared) if squared >= 0.0 else math.nan
+        """Radius of the first device's coverage at the altitude of hovering [m], see `discs`."""
+        return self.discs[0][1]
+
+    @property
+    def discs(self) -> list[tuple[Floats, float]]:
+        """Middle (2,) and radius [m] of each device's coverage at the altitude of its hover point.
+
+        The radius is NaN where the radio does not reach.
+        """
+        radius_m, discs = vehicle.coverage_radius_m(self.mission), list[tuple[Floats, float]]()
+        for device, hover_m in zip(self.mission.served, self.places.hover_points_m, strict=True):
+            hover_z_m, device_m = float(hover_m[2]), np.array(device.position_m)
+            altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
+            squared = radius_m**2 - (altitude_m - device_m[2]) ** 2
+            discs.append((device_m[:2], math.sqrt(squared) if squared >= 0.0 else math.nan))
+        return discs
 
     @property
     def corners_m(self) -> Floats:
@@ -53,16 +63,21 @@ class Scene:
 
         It holds all places, and the coverage as far as it does not dwarf them.
         """
-        mission, device = self.mission, np.array(self.mission.device_m[:2])
-        seen = [device, *self.places.position_m[self.places.exists, :2]]
+        mission, discs = self.mission, self.discs
+        seen = [
+            *(device_m for device_m, _ in discs),
+            *self.places.position_m[self.places.exists, :2],
+        ]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
         seen += [*mission.buildings.outlines()[0]]
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
-        if math.isfinite(radius_m := self.disc_radius_m):
-            room = COVERAGE_SHARE * float((high - low).max()) or radius_m
-            low = np.minimum(low, np.maximum(device - radius_m, low - room))
-            high = np.maximum(high, np.minimum(device + radius_m, high + room))
-        return np.stack([low, high])
+        shown = np.stack([low, high])
+        for device_m, radius_m in discs:
+            if math.isfinite(radius_m):
+                room = COVERAGE_SHARE * float((high - low).max()) or radius_m
+                shown[0] = np.minimum(shown[0], np.maximum(device_m - radius_m, low - room))
+                shown[1] = np.maximum(shown[1], np.minimum(device_m + radius_m, high + room))
+        return shown
 
     def sight_lines(
         self, named: Collection[str] = (), most: int = MOST_LINES
@@ -73,7 +88,7 @@ class Scene:
         """
         if self.mission.laser is None:
             return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
-        charging = np.concatenate([[HOVER], self.places.buildings])
+        charging = np.concatenate([self.places.hovers, self.places.buildings])
         if len(self.mission.buildings) > most:
             charging = charging[[self.places.names[place] in named for place in charging]]
         charging = charging[self.places.exists[charging]]

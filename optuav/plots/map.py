@@ -26,7 +26,7 @@ from optuav.looks import LOOKS
 from optuav.mission import Mission
 from optuav.mission.messages import of_kind
 from optuav.network.map_extent import Scene, scene
-from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.places import DESTINATION, ORIGIN
 from optuav.plan import Plan, Stop, load_plan, load_subject
 from optuav.plan.data import Waypoints
 from optuav.plots import signs, style
@@ -140,7 +140,8 @@ def mission_map(
     subject = load_subject(subject)
     mission = subject if isinstance(subject, Mission) else subject.mission
     shown, title, why = scene(mission), style.drawable(mission.name), ""
-    ends = [k for k in (ORIGIN, HOVER, DESTINATION) if shown.places.exists[k]]
+    ends = [ORIGIN, *shown.places.hovers.tolist(), DESTINATION]
+    ends = [k for k in ends if shown.places.exists[k]]
     names, stops = tuple(shown.places.names[k] for k in ends), tuple[Stop, ...]()
     look: Look = {"color": GREY, "linestyle": style.DASHED}
     entries = [Line2D([], [], label="direct route (no plan)", **look)]
@@ -287,7 +288,14 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
             lines.append(stay if stop.duration_s > 0.0 else "passes by")
         labels.append(style.Label("\n".join(lines), (x, y)))
     written, mission = {label.at for label in labels}, shown.mission
-    scenery = [style.Label("device $\\mathbf{w}_u$", mission.device_m[:2])]
+    one = len(mission.served) == 1
+    scenery = [
+        style.Label(
+            "device $\\mathbf{w}_u$" if one else f"device {style.drawable(device.name)}",
+            device.position_m[:2],
+        )
+        for device in mission.served
+    ]
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
     # A plan names the roofs that it uses; without one, all names help to choose.
@@ -391,17 +399,18 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
 
 def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Artist]:
     """Draw the scenery from above, and set the limits; entries of the legend."""
-    mission, entries = shown.mission, list[Artist]()
+    entries = list[Artist]()
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.0)
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
-    device = mission.device_m[:2]
-    if math.isfinite(radius_m := shown.disc_radius_m):
-        radius_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device).max()))
-        disc = Circle(device, radius_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
+    discs = [(device_m, radius_m) for device_m, radius_m in shown.discs if math.isfinite(radius_m)]
+    for device_m, radius_m in discs:
+        drawn_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device_m).max()))
+        at = (float(device_m[0]), float(device_m[1]))
+        disc = Circle(at, drawn_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
         disc.set_label("coverage at the hover altitude")
         ax.add_artist(disc)  # unlike a patch, it does not move the limits
-        entries.append(disc)
+    entries += [disc] if discs else []
     lines, sight = _sight(shown, ways)
     light = style.limit("laser")
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
@@ -423,7 +432,8 @@ def draw_site(ax: Axes, shown: Scene, walls: Look, *, cased: bool = False) -> li
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
     mission, entries = shown.mission, draw_buildings(ax, shown, walls)
     above: Look = {"cased": cased, "zorder": 4}
-    entries += signs.put(ax, "device", mission.device_m, "ground device", **above)
+    devices_m = [device.position_m for device in mission.served]
+    entries += signs.put(ax, "device", devices_m, "ground device", **above)
     if mission.laser is not None:
         entries += signs.put(ax, "laser", mission.laser.position_m, "laser", **above)
     return entries

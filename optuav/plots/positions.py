@@ -144,7 +144,7 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     'paper: lasers on 1 of 2 candidates, perspective available'
     """
     if not hasattr(found, "candidates_m"):
-        raise InputError([Fault("found", shown(found), "as optuav.place_laser returns it")])
+        raise InputError([Fault("found", shown(found), "must be an answer of optuav.place_laser")])
     site, served = scene(found.missions[0]), found.laser >= 0
     devices_m = np.array([mission.device_m[:2] for mission in found.missions])
     candidates_m, lasers_m = found.candidates_m[:, :2], found.position_m[:, :2]

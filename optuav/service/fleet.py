@@ -194,7 +194,8 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     drones = upwards(cycle.period_s / every_s)
     if drones > MOST_FLEET_DRONES:
         raise NoPlanError(
-            f"a ring needs {drones} drones, more than {MOST_FLEET_DRONES}: state a smaller share"
+            f"{drones} drones would have to take turns, more than {MOST_FLEET_DRONES}: state a "
+            "smaller share"
         )
     wait_s = max(drones * every_s - cycle.period_s, 0.0)
     places = upwards((rest_s if visit.swap_s is not None else rest_s + wait_s) / every_s)

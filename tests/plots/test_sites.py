@@ -73,5 +73,7 @@ def test_a_picture_as_it_is_saved_has_room_for_its_legend(overlaps: Overlaps) ->
 
 
 def test_what_is_no_answer_is_refused() -> None:
-    with pytest.raises(optuav.InputError, match=r"found = 3: as optuav.place_laser returns it"):
+    with pytest.raises(
+        optuav.InputError, match=r"found = 3: must be an answer of optuav.place_laser"
+    ):
         plots.sites(3)  # type: ignore[arg-type]

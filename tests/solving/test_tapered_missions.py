@@ -169,7 +169,7 @@ def test_what_is_refused_is_told_and_binds_nothing(
     assert plan.soc is not None
     net_As = sum(s.current_A * s.duration_s for phase in plan.phases for s in phase.stages)
     refused_As = (1.0 - plan.soc["battery"]) * 72_000.0 + net_As
-    (note,) = (each for each in plan.notes if each.startswith("charging tapered"))
+    (note,) = (each for each in plan.notes if each.startswith("charging slowed down near full"))
     told = re.search(r"the (\S+) A s that the full battery refused", note)
     assert told is not None
     assert float(told[1]) == pytest.approx(refused_As, rel=1e-5)
