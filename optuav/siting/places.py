@@ -9,12 +9,14 @@ from typing import TypeAlias
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.solving.best_plans import best_plans
+from optuav.solving.best_plans import best_plans, takes_arrays
+from optuav.solving.device_routes import with_routes
 from optuav.solving.promising_buildings import (
     FIRST_ROUTES,
     MANY_BUILDINGS,
@@ -49,7 +51,12 @@ class HoverTimes:
         # Towns, with the buildings to try first, and missions that differ only in their device.
         self._towns, alike = dict[int, tuple[Places, list[int]]](), dict[Mission, list[int]]()
         for number, mission in enumerate(missions):
-            if len(mission.buildings) >= MANY_BUILDINGS and takes_few(
+            if mission.devices:
+                if not takes_arrays(mission, self._questions[number]):
+                    words = "at most as many devices and buildings as batches compare by rows"
+                    raise InputError([Fault("devices", str(len(mission.devices)), words)])
+                alike.setdefault(mission, []).append(number)
+            elif len(mission.buildings) >= MANY_BUILDINGS and takes_few(
                 mission, self._questions[number]
             ):
                 self._towns[number] = build_places(mission), []
@@ -96,10 +103,13 @@ class HoverTimes:
         """The hovers of missions that differ only in their device (mission, site) [s]."""
         first, shape = numbers[0], (len(numbers), len(sites_m))
         columns = _columns("laser.position_m", np.tile(sites_m, (shape[0], 1)))
-        if len(numbers) > 1:  # else legs have one row
+        mission, network = self.missions[first], build_network(self.missions[first])
+        if mission.devices:
+            network = with_routes(network, self._questions[first])
+        elif len(numbers) > 1:  # else legs have one row
             devices_m = np.array([self.missions[number].device_m for number in numbers])
             columns |= _columns("link.device_m", devices_m.repeat(shape[1], axis=0))
-        variants = Variants(build_network(self.missions[first]), columns)
+        variants = Variants(network, columns)
         return best_plans(variants, self._questions[first]).hover_time_s.reshape(shape)
 
 

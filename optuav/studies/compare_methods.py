@@ -18,7 +18,7 @@ from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import excess
-from optuav.options import ORDERS, Perspective
+from optuav.options import ORDERS, ORDERS_OF_SEVERAL, Perspective
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.presentation.numbers import NONE, figure, fixed
@@ -253,7 +253,8 @@ def compare_methods(
     The parameters come from `optuav.compare`, already checked.
     """
     methods = [*_methods(slots_s, perspective, engines)]
-    on_roofs = [P4(name, order=order) for name in mission.buildings.names for order in ORDERS]
+    orders = ORDERS_OF_SEVERAL if mission.devices else ORDERS
+    on_roofs = [P4(name, order=order) for name in mission.buildings.names for order in orders]
     # From the last row to the first: (P1) takes longest, so that it begins first.
     problems: list[Formulation] = [P1(), *reversed(on_roofs), P3()]
     rows, tell = list[MethodAnswer](), progress or (lambda *_: None)

@@ -19,7 +19,7 @@ from optuav.mission.keys import quantity
 from optuav.mission.messages import misfits, nearest, shown
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import FIRST_BUILDING, build_places
+from optuav.network.places import build_places
 from optuav.network.prisms import prisms
 from optuav.presentation.blocks import Block, Note, Table
 from optuav.presentation.numbers import figure
@@ -254,7 +254,7 @@ def _place(mission: Mission, at: Any) -> tuple[str, int, tuple[float, float, flo
         x, y, z = map(float, places.position_m[place])
         if math.isnan(x):
             raise InputError([Fault("at", shown(at), "a place that exists: none is in reach")])
-        return at, max(place - FIRST_BUILDING, CLEAR), (x, y, z)
+        return at, max(place - places.first_building, CLEAR), (x, y, z)
     components = [*at] if isinstance(at, Sequence | np.ndarray) else []
     if len(components) != 3 or not all(map(COORDINATE.accepts, components)):
         words = "the name of a place, or its x, y and z, each"

@@ -29,7 +29,8 @@ def test_missions_are_listed() -> None:
     assert found.code == 0
     assert widest(found.out) <= 80
     assert [line.split()[0] for line in found.out.splitlines() if not line.startswith(" ")] == [
-        *("mission", "matrice350", "paper", "paper-drag", "paper-table2", "relay-today")
+        *("mission", "matrice350", "paper", "paper-drag", "paper-table2", "relay-today"),
+        "three-sensors",
     ]
     rows = json.loads(run("missions", "--json").out)
     assert [row["name"] for row in rows] == list(optuav.shipped())

@@ -175,7 +175,8 @@ def test_uncertain_keys_are_those_of_a_batch(monkeypatch: pytest.MonkeyPatch) ->
         lambda name, spread: optuav.robust(name, spread, samples=1),
     ]
     refused = Counter[str]()
-    for number, name in enumerate(optuav.shipped()):
+    one = [name for name in optuav.shipped() if not optuav.load(name).devices]
+    for number, name in enumerate(one):
         mission = optuav.load(name)
         for place, (key, allowed) in enumerate(numeric_keys().items(), number):
             if allowed.whole or key == "laser.wavelength_nm":
