@@ -13,8 +13,8 @@ from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
-from optuav.network.graph import Graph, edited_network
-from optuav.network.network import Network, build_network
+from optuav.network.graph import Graph, network_of
+from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
@@ -218,7 +218,7 @@ def _program(known: Mission, question: Question, graph: Graph | None) -> Program
 
 def _network(known: Mission, graph: Graph | None, question: Question) -> Network:
     """The network of a mission, or of its edited graph, with the routes of a question."""
-    network = build_network(known) if graph is None else edited_network(known, graph)
+    network = network_of(known, graph)
     return with_routes(network, question) if known.devices else network
 
 
