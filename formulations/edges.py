@@ -92,7 +92,8 @@ def edge_choice(graph: EdgeGraph, perspective: Perspective, *, relaxed: bool = F
     rested_s = _named("rest time", "T'", "s", total([rest.time for rest in rests]), "Σ T'_j")
     model.maximise(hover)
     whole_s = model.let("mission time", flown_s + hover + rested_s, symbol="T", unit="s")
-    model.prefer_small(whole_s)
+    if not relaxed:  # Of a relaxation only the bound counts
+        model.prefer_small(whole_s)
     ways.state_flow()
     whole = replace(given, **_flown(given, ways), **_rested(rests))
     model.subject_to(
