@@ -1,16 +1,16 @@
 """(P1) over the edges of a graph as one mixed-integer linear programme, for several devices.
 
-x_e is 1 for an edge e = (i, j) that is flown and 0 for the others. One edge leads out of the origin
-and one into the destination, one into and one out of every hover point, and as many into every roof
-as out of it, one over all roofs at most. Every place on the way has its number u in order; by Miller,
-Tucker and Zemlin [1]_
+x_e is 1 for an edge e = (i, j) that is flown and 0 for the others. One edge leads out of the
+origin and one into the destination, one into and one out of every hover point, and as many into
+every roof as out of it, with one roof at most. Every place on the way has its number u in order; by
+Miller, Tucker and Zemlin [1]_
 
     u_j ≥ u_i + 1 − (U + 2)·(1 − x_ij)
 
 leaves no circle beside the way, for U devices. Flight time and charge are sums over the edges, and
 the rest T'_b on a roof is 0 unless an edge leads there, so that all rows are linear. The numbers of
-unknowns and of rows grow with devices times roofs, where the routes of `formulations.milp` grow with
-the factorial of the devices; in exchange, the linear relaxation is looser than the optimum.
+unknowns and rows grow with devices times roofs, while the routes of `formulations.milp` grow with
+the factorial of the devices. In exchange, the bound of the linear relaxation is above the optimum.
 
 References
 ----------
@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 
 from formulations.formulation import Given
-from formulations.milp import total
 from formulations.limits import state_limits
+from formulations.milp import total
 from formulations.parameters import Quantities
 from formulations.soc import soc_after
 from optuav.modelling import Let, Model, Parameter, Variable
@@ -139,9 +139,7 @@ class _Ways:
         ]
         most = float(len(self.hovers) + 1)
         self.order = {
-            name: model.variable(
-                f"order[{n}]", Indexed("u", n), unit="1", lower=1.0, upper=most
-            )
+            name: model.variable(f"order[{n}]", Indexed("u", n), unit="1", lower=1.0, upper=most)
             for name in inner
             for n in [self.number[name]]
         }

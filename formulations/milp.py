@@ -140,12 +140,15 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
     for number, (symbols, route) in enumerate(zip(found, routes, strict=True), start=1):
         rests = route.given.rests
         own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
-        stays = {
-            "landings": named_landings(route.given.landings, f"[{number}]"),
-            "hovers": tuple(named_hovers(route.given.hovers, f"[{number}]")),
-            "covered": tuple(named_covered(route.given.covered)),
-        }
-        yield Given(**own, **stays, rests=rests, perspective=perspective)
+        suffix, whole = f"[{number}]", route.given
+        yield Given(
+            **own,
+            rests=rests,
+            landings=named_landings(whole.landings, suffix),
+            hovers=tuple(named_hovers(whole.hovers, suffix)),
+            covered=tuple(named_covered(whole.covered)),
+            perspective=perspective,
+        )
 
 
 def _rows(option: _Option) -> Iterator[_Row]:

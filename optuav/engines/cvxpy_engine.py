@@ -131,7 +131,7 @@ class CvxpyProgramme:
         if self.slot_s is not None:
             a, b = self._in_slots(form, values, self.slot_s)
             c = c * np.where(self.counted, self.slot_s, 1.0)
-        labels, signs = ([each[row] for row in self.stated] for each in (form.labels, form.signs))
+        labels = [form.labels[row] for row in self.stated]
         a, b = a[self.stated], b[self.stated]
         for label, limit in zip(labels, b, strict=True):
             if limit == -np.inf:
@@ -168,6 +168,7 @@ class CvxpyProgramme:
         x = np.clip(x, *np.transpose([*own_bounds(self.model, values).values()])) + 0.0
         net, bounds = defaultdict[tuple[str, int | None], float](float), dict(form.bounds)
         if weights is not None:
+            signs = np.array(form.signs)[self.stated]
             turned = (signs * weights * worth[0] / size).tolist()
             for row, label, weight in zip(self.stated, labels, turned, strict=True):
                 net[label, bounds.get(row)] += weight

@@ -1,4 +1,4 @@
-"""(P1) over the edges of the graph (`formulations.edges`): the order of devices and the rest at once.
+"""(P1) along the edges of the graph (`formulations.edges`), which chooses order and rest at once.
 
 It answers for more devices than lists of their orders hold, in the perspectives of the paper.
 """
@@ -145,7 +145,7 @@ def _edges(question: Question, network: Network) -> Iterator[Edge]:
     for leg in np.flatnonzero(legs.flyable).tolist():
         ends = int(legs.start[leg]), int(legs.end[leg])
         start, end = (places.kind(place) for place in ends)
-        edge = Edge(*(places.names[place] for place in ends), *figures[leg])
+        edge = Edge(places.names[ends[0]], places.names[ends[1]], *figures[leg])
         by_roof = "building" in (start, end)
         if by_roof and (problem.trajectory == "direct" or (start, end) in outside):
             continue

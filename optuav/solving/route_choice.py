@@ -1,9 +1,9 @@
 """(P1) over all routes as one mixed-integer programme, and its LP bound.
 
-As a convex hull (`formulations.milp`) that bound is the optimum itself. The form big-M is looser: on
-the mission ``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum is
-719.5 s. Both have unknowns for each route; along the edges of the graph (`formulations.edges`) there
-are as few as devices times roofs, and the bound is some percent above the optimum at most, as a rule.
+As a convex hull (`formulations.milp`) that bound is the optimum itself. The form big-M is looser:
+on the mission ``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum
+is 719.5 s. Both have unknowns for each route. Along the edges of the graph (`formulations.edges`)
+there are as many as devices times roofs, and the bound is a few percent above the optimum.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
+from optuav.engines.registry import AUTO
 from optuav.errors import NoPlanError, SolverError, printable, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import unlisted
@@ -93,6 +94,8 @@ class RouteChoice(Presented):
         if self.model is None:
             raise NoPlanError(self.plan.summary())
         remarks = [printable(f"mission {self.plan.mission.name}, form {self.form}")]
+        if self.form == "edges":
+            remarks += (f"edge[{k}] is {name}" for k, name in enumerate(self.shares, start=1))
         return write(self.model, self.model.row(0), remarks)
 
     def blocks(self) -> Iterator[Block]:
@@ -182,7 +185,9 @@ def route_choice(
     problem = P1(trajectory=trajectory, order=order, device_order=devices)
     engine = Cvxpy(solver=solver)
     if form == "edges":
-        question = checked_question(known, problem, perspective, slot_s, engine, time_limit_s)
+        # Every order may be chosen, so that the question is not checked for one engine on routes.
+        question = checked_question(known, problem, perspective, slot_s, AUTO, time_limit_s)
+        question = replace(question, engine=engine)
         return _along_edges(question, network_of(known, graph), graph)
     program = formulate(
         known,

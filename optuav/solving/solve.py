@@ -21,7 +21,7 @@ from optuav.plan import Plan
 from optuav.solving.device_routes import with_routes
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
-from optuav.solving.question import Question, mission_and_question
+from optuav.solving.question import Question, along_edges, mission_and_question
 from optuav.solving.route_models import permitted_routes
 
 MANY, MANY_BENT = 2_000, 61
@@ -179,6 +179,10 @@ def _plan(
         return longest_anywhere(question, known)
     if question.speed_free:
         return _program(known, question, graph).solve()
+    if along_edges(known, question):
+        from optuav.solving.edge_choice import best_along_edges
+
+        return best_along_edges(question, network_of(known, graph)).plan
     network = _routes_in_question(known, question, graph)
     if question.several:
         from optuav.solving.several_stops import several_stops
