@@ -92,8 +92,8 @@ class Given(Quantities):
                 ]
                 steps[n - 1] = Stage(*named)
         symbols |= {"steps": tuple(steps), "landings": named_landings(quantities.landings)}
-        symbols |= {"hovers": tuple(_named_hovers(quantities.hovers))}
-        symbols |= {"covered": tuple(_named_covered(quantities.covered))}
+        symbols |= {"hovers": tuple(named_hovers(quantities.hovers))}
+        symbols |= {"covered": tuple(named_covered(quantities.covered))}
         return cls(**symbols, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
@@ -281,18 +281,22 @@ OF_POINT = ("hover_distance_m[{}]", "hover_altitude_m[{}]")
 """Names of the figures of a hover over one of several devices, and of its hover point."""
 
 
-def _named_hovers(hovers: Sequence[Hover]) -> Iterator[Hover]:
+def named_hovers(hovers: Sequence[Hover], suffix: str = "") -> Iterator[Hover]:
     """Symbols for the hovers over several devices; a share stays the number that it is."""
     for n, (share, current_A, received_W) in enumerate(hovers, start=1):
-        current, received = (name.format(n) for name in OF_HOVER)
+        current, received = (name.format(n) + suffix for name in OF_HOVER)
+        symbols = (Indexed(sign, n) for sign in ("s", "I_hv", "P_0,hv"))
+        of_share, of_current, of_received = (
+            f"{symbol}{suffix}" if suffix else symbol for symbol in symbols
+        )
         yield Hover(
-            Share(f"share[{n}]", Indexed("s", n), "1", share, varies=False),
-            Parameter(current, Indexed("I_hv", n), "A", current_A),
-            Parameter(received, Indexed("P_0,hv", n), "W", received_W),
+            Share(f"share[{n}]{suffix}", of_share, "1", share, varies=False),
+            Parameter(current, of_current, "A", current_A),
+            Parameter(received, of_received, "W", received_W),
         )
 
 
-def _named_covered(covered: Sequence[Covered]) -> Iterator[Covered]:
+def named_covered(covered: Sequence[Covered]) -> Iterator[Covered]:
     """Symbols for the hover points of several devices."""
     for n, (device, distance_m, altitude_m) in enumerate(covered, start=1):
         distance, altitude = (name.format(n) for name in OF_POINT)

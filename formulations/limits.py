@@ -3,7 +3,7 @@
 from formulations.formulation import Given
 from formulations.parameters import Covered
 from optuav.modelling import Model, Variable
-from optuav.modelling.expression import Operand
+from optuav.modelling.expression import Operand, PartedLabel
 
 
 def state_limits(
@@ -31,4 +31,4 @@ def state_limits(
 
 def of_device(label: str, device: str) -> str:
     """A label for one of several devices; of a single one, which needs no name, as it is."""
-    return f"{label} of {device}" if device else label
+    return PartedLabel(label, "of", device) if device else label

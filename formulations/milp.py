@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.formulation import Given, named_landings
+from formulations.formulation import Given, named_covered, named_hovers, named_landings
 from formulations.limits import state_limits
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import STAYS, landing_moments, soc_on_landing
@@ -94,19 +94,26 @@ def route_choice(
             cut = Parameter(f"cut_s[{number}]", Indexed("c", number), "s", route.cut_s)
             hovered = hovered - cut * choice
     model.maximise(hovered)
-    flight = _total([option.given.flight_time_s * option.choice for option in options])
+    flight = total([option.given.flight_time_s * option.choice for option in options])
     model.prefer_small(model.let("mission time", flight + hovered + rest, symbol="T", unit="s"))
-    place = _total([float(option.number) * option.choice for option in options])
+    place = total([float(option.number) * option.choice for option in options])
     model.prefer_small(model.let("place in order", place, symbol="n", words="number of the route"))
-    model.subject_to("P1 one route", _total([option.choice for option in options]) == 1.0)
+    model.subject_to("P1 one route", total([option.choice for option in options]) == 1.0)
     (_hull if form == "hull" else _big_m)(model, options)
     state_limits(model, options[0].given, "P1")
     return model
 
 
-def _total(terms: Sequence[Operand]) -> Operand:
-    """The sum of some terms, 0 of none."""
-    return reduce(np.add, terms) if terms else 0.0
+def total(terms: Sequence[Operand]) -> Operand:
+    """The sum of some terms, 0 of none.
+
+    By halves, as every partial sum has a form of its own: of a thousand terms one after the other
+    these would hold half a million.
+    """
+    if len(terms) < 2:
+        return terms[0] if terms else 0.0
+    half = (len(terms) + 1) // 2
+    return np.add(total(terms[:half]), total(terms[half:]))
 
 
 def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Given]:
@@ -133,8 +140,15 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
     for number, (symbols, route) in enumerate(zip(found, routes, strict=True), start=1):
         rests = route.given.rests
         own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
-        landings = named_landings(route.given.landings, f"[{number}]")
-        yield Given(**own, rests=rests, landings=landings, perspective=perspective)
+        suffix, whole = f"[{number}]", route.given
+        yield Given(
+            **own,
+            rests=rests,
+            landings=named_landings(whole.landings, suffix),
+            hovers=tuple(named_hovers(whole.hovers, suffix)),
+            covered=tuple(named_covered(whole.covered)),
+            perspective=perspective,
+        )
 
 
 def _rows(option: _Option) -> Iterator[_Row]:
@@ -176,7 +190,7 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
             label = PartedLabel(f"{row.name},", route.name)
             model.subject_to(label, relation, unit=row.unit, kind=row.kind)
     for each, parts in zip(shared, own, strict=True):
-        model.subject_to(f"{each.symbol} of the route", each == _total(parts), unit="s")
+        model.subject_to(f"{each.symbol} of the route", each == total(parts), unit="s")
 
 
 def _big_m(model: Model, options: Sequence[_Option]) -> None:

@@ -26,7 +26,7 @@ from optuav.engines.registry import OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
 from optuav.modelling.check import TOLERANCE
-from optuav.modelling.expression import Operand
+from optuav.modelling.expression import Expression, Operand, Variable
 from optuav.modelling.model import Model
 from optuav.status import Status
 
@@ -103,7 +103,9 @@ class CvxpyProgramme:
         import cvxpy
 
         form = linear_form(model, self.base)
-        rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
+        idle = {row for row, k in form.bounds if _needs_no_rows(model.variables[k])}
+        self.stated = [row for row in range(len(form.labels)) if row not in idle]
+        rows, unknowns, goals = len(self.stated), len(form.names), len(form.directions)
         self.x = cvxpy.Variable(
             unknowns,
             boolean=(np.flatnonzero(self.binary),) if any(self.binary) else False,
@@ -129,7 +131,9 @@ class CvxpyProgramme:
         if self.slot_s is not None:
             a, b = self._in_slots(form, values, self.slot_s)
             c = c * np.where(self.counted, self.slot_s, 1.0)
-        for label, limit in zip(form.labels, b, strict=True):
+        labels = [form.labels[row] for row in self.stated]
+        a, b = a[self.stated], b[self.stated]
+        for label, limit in zip(labels, b, strict=True):
             if limit == -np.inf:
                 return solution(Status.INFEASIBLE, DUALITY, f"{label} can never hold")
         finite = np.isfinite(b)
@@ -156,10 +160,7 @@ class CvxpyProgramme:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
             self._prove(a, b, c[0], x, weights, words)
             status = Status.OPTIMAL
-        # Rows with a multiplier may determine the point: then no other is as good.
-        heavy = a if weights is None else a[weights > TIGHT * max(1.0, weights.max(initial=0.0))]
-        unique = weights is not None and np.linalg.matrix_rank(heavy, tol=TIGHT) == a.shape[1]
-        if len(c) > 1 and not unique:
+        if len(c) > 1 and not (weights is not None and _determined(a, weights)):
             x = self._preferred(c, x)
         x = np.where(self.binary, np.round(x), x)
         if self.slot_s is not None:
@@ -167,8 +168,9 @@ class CvxpyProgramme:
         x = np.clip(x, *np.transpose([*own_bounds(self.model, values).values()])) + 0.0
         net, bounds = defaultdict[tuple[str, int | None], float](float), dict(form.bounds)
         if weights is not None:
-            turned = (form.signs * weights * worth[0] / size).tolist()
-            for row, (label, weight) in enumerate(zip(form.labels, turned, strict=True)):
+            signs = np.array(form.signs)[self.stated]
+            turned = (signs * weights * worth[0] / size).tolist()
+            for row, label, weight in zip(self.stated, labels, turned, strict=True):
                 net[label, bounds.get(row)] += weight
         duals = dict.fromkeys((label for label, _ in net), 0.0)
         for (label, k), weight in net.items():
@@ -237,6 +239,20 @@ class CvxpyProgramme:
                 first, last = ranges[form.names[k]]
                 a[row, k], b[row] = (1.0, last) if a[row, k] > 0.0 else (-1.0, -first)
         return a, b
+
+
+def _needs_no_rows(unknown: Variable) -> bool:
+    """Return whether an unknown keeps its bounds because it is binary."""
+    low, high = unknown.lower, unknown.upper
+    if isinstance(low, Expression) or isinstance(high, Expression):
+        return False
+    return bool(unknown.binary and low <= 0.0 and high >= 1.0)
+
+
+def _determined(a: Floats, weights: Floats) -> bool:
+    """Return whether the rows with a multiplier determine the point: then no other is as good."""
+    heavy = a[weights > TIGHT * max(1.0, weights.max(initial=0.0))]
+    return bool(np.linalg.matrix_rank(heavy, tol=TIGHT) == a.shape[1])
 
 
 def _sizes(rows: Floats) -> Floats:

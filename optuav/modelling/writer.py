@@ -233,6 +233,8 @@ class Text:
         """A product or a quotient; a sign in front of a factor stands in front of the whole."""
         if left.level == SIGN and left.negative is not None:
             return self._negative(self._product(left.negative, right, ufunc))
+        if right == ONE:
+            return left
         if ufunc is np.divide:
             return Written(self._over(left, right), PRODUCT)
         if right.level == SIGN and right.negative is not None:

@@ -201,6 +201,11 @@ def _number(value: object) -> float:
         return math.inf
 
 
+def network_of(mission: Mission, view: Graph | None) -> Network:
+    """The network of a mission, or of its graph where that was edited."""
+    return build_network(mission) if view is None else edited_network(mission, view)
+
+
 def edited_network(mission: Mission, view: Graph) -> Network:
     """The network of a mission with the figures of a graph that the user has edited.
 

@@ -20,6 +20,7 @@ from formulations.formulation import Formulation
 from formulations.p3 import P3
 from formulations.soc import PAPER
 from optuav.arrays import Floats, Integers
+from optuav.errors import refuse
 from optuav.mission import Mission
 from optuav.network.network import Network
 from optuav.network.routes import build_routes, some_routes, straight_legs
@@ -27,7 +28,13 @@ from optuav.network.variants import as_variants
 from optuav.solving.assemble import route_quantities
 from optuav.solving.balance import Balance, affine_charge, longest_by_balance
 from optuav.solving.best_plans import SLACK_S, hover_times_s
-from optuav.solving.question import MOST_ROWS, Question, count_of_routes
+from optuav.solving.question import (
+    MOST_FREE,
+    MOST_ROWS,
+    Question,
+    count_of_routes,
+    too_many_orders,
+)
 from optuav.solving.route_models import permitted_routes
 
 FIRST_ROUTES = 64  # Routes that are compared first; then twice as many, and so on
@@ -44,6 +51,8 @@ def orders_of(mission: Mission, problem: Formulation) -> Integers:
 def with_routes(network: Network, question: Question) -> Network:
     """The network of several devices with the routes of a question that may be the best."""
     mission, problem = network.mission, question.problem
+    if problem.device_order is None and len(mission.devices) > MOST_FREE:
+        refuse([too_many_orders()])
     orders = orders_of(mission, problem)
     if count_of_routes(mission, problem) <= MOST_ROWS:
         return replace(network, routes=build_routes(network.legs, network.buildings, orders))

@@ -47,6 +47,7 @@ RESTS = Range("-", ge=0, le=10, whole=True)
 HOVERS = Range("-", ge=1, le=10, whole=True)
 MOST_ROWS = 1 << 13  # Routes over several devices that are compared one by one
 MOST_FREE = 7  # Devices whose orders are all compared
+MOST_ALONG_EDGES = 12  # Devices whose order is chosen along edges, in the paper's perspectives
 ONE_DEVICE, WITH_DEVICES = "needs a mission with one device", "with several devices"
 MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
 
@@ -288,13 +289,41 @@ def _faults_of_orders(mission: Mission, question: Question) -> Iterator[Fault]:
     count = len(mission.devices)
     by_bounds = type(question.problem) in (P1, P3, P4) and question.engine == AUTO
     by_bounds = by_bounds and question.slot_s is None
+    if along_edges(mission, question):
+        return
     if count > MOST_FREE:
-        words = f"must name the devices in order, as there are more than {MOST_FREE}"
-        yield Fault("device_order", "", f"{words}: their orders are too many to be compared")
+        yield too_many_orders()
     elif not by_bounds and (routes := count_of_routes(mission, question.problem)) > MOST_ROWS:
         words = f"must name the devices in order, as their {routes} routes are compared only for "
         words += "the longest hover in continuous times, by the engine auto"
         yield Fault("device_order", "", words)
+
+
+def too_many_orders() -> Fault:
+    """The fault of more devices in any order than are compared."""
+    words = f"must name the devices in order, as there are more than {MOST_FREE}: their orders are "
+    words += (
+        f"too many to be compared; solve takes up to {MOST_ALONG_EDGES} in any order for P1 in "
+    )
+    words += f"continuous times and the perspectives {', '.join(PAPER)}"
+    return Fault("device_order", "", words)
+
+
+def along_edges(mission: Mission, question: Question) -> bool:
+    """Whether `solve` chooses the order of devices along edges instead of among routes.
+
+    It does so beyond the devices whose orders are compared, and if CVXPY is asked for by name.
+    """
+    problem, count = question.problem, len(mission.devices)
+    linear = question.perspective in PAPER and question.slot_s is None
+    if type(problem) is not P1 or problem.device_order is not None or not linear:
+        return False
+    many = count > MOST_FREE
+    if question.engine_name != AUTO:
+        if question.engine_name != "cvxpy":
+            return False
+        many = count > 1 and count_of_routes(mission, problem) > MOST_ROWS
+    return many and count <= MOST_ALONG_EDGES
 
 
 def count_of_routes(mission: Mission, problem: Formulation) -> int:

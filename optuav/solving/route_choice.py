@@ -1,46 +1,54 @@
-"""(P1) over all routes as one mixed-integer programme (`formulations.milp`), and its LP bound.
+"""(P1) over all routes as one mixed-integer programme, and its LP bound.
 
-As a convex hull that bound is the optimum itself. The form big-M is looser: on the mission
-``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum is 719.5 s.
+As a convex hull (`formulations.milp`) that bound is the optimum itself. The form big-M is looser:
+on the mission ``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum
+is 719.5 s. Both have unknowns for each route. Along the edges of the graph (`formulations.edges`)
+there are as many as devices times roofs, and the bound is a few percent above the optimum.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 
+from formulations.edges import edge_choice
 from formulations.milp import FORMS, Form, Route
 from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
+from optuav.engines.registry import AUTO
 from optuav.errors import NoPlanError, SolverError, printable, refuse
-from optuav.mission import Mission
+from optuav.mission import Mission, load
 from optuav.mission.messages import unlisted
 from optuav.modelling import Model
 from optuav.modelling.expression import PartedLabel
-from optuav.network.graph import Graph
+from optuav.network.graph import Graph, network_of
+from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
+from optuav.solving.edge_choice import AGREES_S, best_along_edges
 from optuav.solving.files import writer
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import solve_model
+from optuav.solving.question import Question, checked_question, solve_model
 from optuav.solving.route_models import RouteModel
 from optuav.solving.route_plan import plan_of
 from optuav.solving.solve import formulate
 from optuav.status import Status
 
-AGREES_S = 1e-5
-"""Tolerance between the optima of the chosen route and of all routes [s]."""
+ChoiceForm: TypeAlias = Form | Literal["edges"]
+CHOICE_FORMS: tuple[ChoiceForm, ...] = (*FORMS, "edges")
+MOST_BY_ROUTES = 3  # Devices up to which the choice is stated by routes unless a form is named
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,8 @@ class RouteChoice(Presented):
         Bound on the hover time by the LP relaxation, slots and choice relaxed, and by how much it
         exceeds the plan's hover time [s]; None without a plan.
     shares
-        λ of every route in the relaxation, by its name, 0 to 1; empty without a plan.
+        λ of every route in the relaxation, by its name, 0 to 1; in the form ``"edges"`` x of every
+        leg, such as ``"origin → b1"``, in the order of the programme. Empty without a plan.
 
     Examples
     --------
@@ -69,7 +78,7 @@ class RouteChoice(Presented):
     """
 
     plan: Plan
-    form: Form
+    form: ChoiceForm
     notes: tuple[str, ...]
     model: Model | None = None
     relaxation_s: float | None = None
@@ -85,6 +94,8 @@ class RouteChoice(Presented):
         if self.model is None:
             raise NoPlanError(self.plan.summary())
         remarks = [printable(f"mission {self.plan.mission.name}, form {self.form}")]
+        if self.form == "edges":
+            remarks += (f"edge[{k}] is {name}" for k, name in enumerate(self.shares, start=1))
         return write(self.model, self.model.row(0), remarks)
 
     def blocks(self) -> Iterator[Block]:
@@ -106,9 +117,10 @@ def route_choice(
     mission: Mission | str | Path,
     *,
     perspective: Perspective,
-    form: Form = "hull",
+    form: ChoiceForm | None = None,
     trajectory: Trajectory = "optimal",
     order: Order | None = None,
+    device_order: Sequence[str] | None = None,
     slot_s: float | None = None,
     graph: Graph | None = None,
     time_limit_s: float | None = None,
@@ -124,12 +136,17 @@ def route_choice(
         How charge counts, as for `optuav.solve`: ``"battery"``, ``"energy"`` or ``"adjusted"``,
         which are linear in the times.
     form
-        How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
-        there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
-        fewer unknowns, a looser relaxation. See `formulations.milp`.
+        How the choice is stated. ``"hull"``: unknowns and homogenised rows for each route, the
+        tightest there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches
+        off; fewer unknowns, a looser relaxation. See `formulations.milp`. ``"edges"``: a choice
+        for each leg instead of each route, for up to 12 devices in any order, in continuous times;
+        see `formulations.edges`. By default ``"hull"`` for at most 3 devices or in slots, else
+        ``"edges"``.
     trajectory, order
         Routes to choose from: ``"optimal"`` (all), ``"direct"``, ``"traj1"`` or ``"traj2"``; and
         ``"rest-first"``, ``"hover-first"``, or None for both. `P1` explains them.
+    device_order
+        Names of several devices in the order of the hovers, or None for the best one.
     slot_s, time_limit_s
         Length of the time slots [s], 0.001 to 1e7, and time limit of the solver [s], > 0
         and at most 1e9; None for continuous times and for no limit.
@@ -157,22 +174,34 @@ def route_choice(
     >>> print(f"{choice.plan.hover_time_s:.2f} s, relaxed {choice.relaxation_s:.2f} s")
     688.85 s, relaxed 688.85 s
     """
-    refuse(unlisted(("form", form, FORMS), ("perspective", perspective, PAPER)))
+    chosen_form = (("form", form, CHOICE_FORMS),) if form is not None else ()
+    refuse(unlisted(*chosen_form, ("perspective", perspective, PAPER)))
     from optuav.engines.cvxpy_engine import Cvxpy
 
+    known = load(mission)
+    few = len(known.served) <= MOST_BY_ROUTES or slot_s is not None
+    form = form or ("hull" if few else "edges")
+    devices = None if device_order is None else tuple(device_order)
+    problem = P1(trajectory=trajectory, order=order, device_order=devices)
+    engine = Cvxpy(solver=solver)
+    if form == "edges":
+        # Every order may be chosen, so that the question is not checked for one engine on routes.
+        question = checked_question(known, problem, perspective, slot_s, AUTO, time_limit_s)
+        question = replace(question, engine=engine)
+        return _along_edges(question, network_of(known, graph), graph)
     program = formulate(
-        mission,
-        P1(trajectory=trajectory, order=order),
+        known,
+        problem,
         perspective=perspective,
         slot_s=slot_s,
-        engine=Cvxpy(solver=solver),
+        engine=engine,
         graph=graph,
         time_limit_s=time_limit_s,
     )
     question, network = program.question, program.network
-    enough = one_stop_words(network, graph)
+    enough = _one_stop_words(network, graph)
     if not program.parts:
-        return RouteChoice(program.solve(), form, (enough,))
+        return RouteChoice(program.solve(), form, enough)
     routes, parts = _routes(program)
     model = joined(routes, perspective, form)
     if question.slot_s is not None:
@@ -184,7 +213,7 @@ def route_choice(
     if solution.status is Status.INFEASIBLE:
         why = shortfalls(question, network, program.parts)
         plan = plan_without(question, network, solution.status, solution.proof, why)
-        return RouteChoice(plan, form, (enough,), model)
+        return RouteChoice(plan, form, enough, model)
     if not solution.status.has_answer:
         raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
     chosen = solution.point(0)
@@ -199,12 +228,42 @@ def route_choice(
     relaxed = joined(routes, perspective, form, relaxed=True)
     relaxation = solve_model(relaxed, 1, replace(question, slot_s=None))
     relaxation_s = float(relaxation.objective[0])
-    proof = f"{solution.proof}; the LP relaxation leaves {max(relaxation_s - hover_s, 0.0):.3g} s"
+    proof = f"{solution.proof}; {_left_words(relaxation_s - hover_s)}"
     plan = plan_of(question, network, part, times, 0).model_copy(update={"proof": proof})
-    tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
+    tight = _tight_words(form, relaxation_s)
     point, gap_s = relaxation.point(0), relaxation_s - hover_s
     shares = {variable.name: point[f"choice[{k}]"] for k, variable in enumerate(routes, start=1)}
-    return RouteChoice(plan, form, (tight, enough), model, relaxation_s, gap_s, shares)
+    return RouteChoice(plan, form, (tight, *enough), model, relaxation_s, gap_s, shares)
+
+
+def _along_edges(question: Question, network: Network, graph: Graph | None) -> RouteChoice:
+    """The answer of the programme along edges, with the bound of its relaxation."""
+    answer, enough = best_along_edges(question, network), _one_stop_words(network, graph)
+    if not (answer.plan and answer.edges):
+        return RouteChoice(answer.plan, "edges", enough, answer.model)
+    relaxed = edge_choice(answer.edges, question.perspective, relaxed=True)
+    relaxation = solve_model(relaxed, 1, question)
+    relaxation_s, point = float(relaxation.objective[0]), relaxation.point(0)
+    gap_s = relaxation_s - answer.plan.hover_time_s
+    shares = {edge.name: point[f"edge[{k}]"] for k, edge in enumerate(answer.edges.edges, start=1)}
+    tight = _tight_words("edges", relaxation_s)
+    proof = f"{answer.plan.proof}; {_left_words(gap_s)}"
+    plan = answer.plan.model_copy(update={"proof": proof})
+    notes = (tight, *enough)
+    return RouteChoice(plan, "edges", notes, answer.model, relaxation_s, gap_s, shares)
+
+
+def _one_stop_words(network: Network, graph: Graph | None) -> tuple[str, ...]:
+    """Say whether one stop is enough, of a single device."""
+    return () if len(network.mission.served) > 1 else (one_stop_words(network, graph),)
+
+
+def _tight_words(form: ChoiceForm, relaxation_s: float) -> str:
+    return f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
+
+
+def _left_words(gap_s: float) -> str:
+    return f"the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
 
 
 def _routes(program: Program) -> tuple[list[Route], list[RouteModel]]:
@@ -218,8 +277,11 @@ def _routes(program: Program) -> tuple[list[Route], list[RouteModel]]:
         values = quantities(network, which, rests=rests)
         model = question.problem.model(values, question.perspective)
         building, name = int(network.routes.building[number]), PartedLabel("direct")
-        if building >= 0:
-            order = f"{network.routes.order(number)}{'' if rests else ', passing by'}"
+        passing = "" if rests or building < 0 else ", passing by"
+        if len(network.mission.served) > 1:
+            name = PartedLabel(" → ".join(network.route_names(number)[1:-1]) + passing)
+        elif building >= 0:
+            order = f"{network.routes.order(number)}{passing}"
             name = PartedLabel(network.mission.buildings.names[building], order)
         if network.mission.devices:
             name = PartedLabel(" ".join(network.route_names(number)[1:-1]))

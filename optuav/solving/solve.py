@@ -13,15 +13,15 @@ from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
-from optuav.network.graph import Graph, edited_network
-from optuav.network.network import Network, build_network
+from optuav.network.graph import Graph, network_of
+from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.device_routes import with_routes
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
-from optuav.solving.question import Question, mission_and_question
+from optuav.solving.question import Question, along_edges, mission_and_question
 from optuav.solving.route_models import permitted_routes
 
 MANY, MANY_BENT = 2_000, 61
@@ -179,6 +179,10 @@ def _plan(
         return longest_anywhere(question, known)
     if question.speed_free:
         return _program(known, question, graph).solve()
+    if along_edges(known, question):
+        from optuav.solving.edge_choice import best_along_edges
+
+        return best_along_edges(question, network_of(known, graph)).plan
     network = _routes_in_question(known, question, graph)
     if question.several:
         from optuav.solving.several_stops import several_stops
@@ -218,7 +222,7 @@ def _program(known: Mission, question: Question, graph: Graph | None) -> Program
 
 def _network(known: Mission, graph: Graph | None, question: Question) -> Network:
     """The network of a mission, or of its edited graph, with the routes of a question."""
-    network = build_network(known) if graph is None else edited_network(known, graph)
+    network = network_of(known, graph)
     return with_routes(network, question) if known.devices else network
 
 
