@@ -162,7 +162,7 @@ def _map(mission: Mission, plan: Plan | None) -> Data:
     hover = places.position_m[HOVER] if places.exists[HOVER] else None
     step_m = round_step(float(np.ptp(shown.corners_m, axis=0).max()) or 1.0, MOST_STEPS)
     low, high = shown.corners_m / step_m
-    radius_m, device_m = shown.disc_radius_m, np.array(mission.device_m)
+    radius_m, device_m = shown.disc_radii_m[0], np.array(mission.device_m)
     return {
         "bounds": _rounded(shown.corners_m),
         "window": _rounded(step_m * np.stack([np.floor(low), np.ceil(high)])),

@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.places import HOVER, Places, build_places
+from optuav.network.places import Places, build_places
 from optuav.network.prisms import Prisms, prisms
 
 COVERAGE_SHARE = 0.4
@@ -39,13 +39,21 @@ class Scene:
         return np.split(corners_m, np.cumsum(count))[:-1]
 
     @property
-    def disc_radius_m(self) -> float:
-        """Radius of the coverage at the altitude of hovering [m]; NaN where it does not reach."""
-        hover_z_m = float(self.places.position_m[HOVER, 2])
-        altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
-        height_m = altitude_m - self.mission.device_m[2]
+    def devices_m(self) -> Floats:
+        """Positions of the devices (device, 3) [m]."""
+        return np.array([device.position_m for device in self.mission.served])
+
+    @property
+    def disc_radii_m(self) -> Floats:
+        """Radius of every device's coverage at the altitude of hovering over it (device,) [m].
+
+        NaN where it does not reach.
+        """
+        hover_z_m = self.places.position_m[self.places.hovers, 2]
+        lowest_m = self.mission.limits.min_altitude_m
+        height_m = np.where(np.isnan(hover_z_m), lowest_m, hover_z_m) - self.devices_m[:, 2]
         squared = vehicle.coverage_radius_m(self.mission) ** 2 - height_m**2
-        return math.sqrt(squared) if squared >= 0.0 else math.nan
+        return np.sqrt(np.where(squared >= 0.0, squared, np.nan))
 
     @property
     def corners_m(self) -> Floats:
@@ -53,15 +61,17 @@ class Scene:
 
         It holds all places, and the coverage as far as it does not dwarf them.
         """
-        mission, device = self.mission, np.array(self.mission.device_m[:2])
-        seen = [device, *self.places.position_m[self.places.exists, :2]]
+        mission, devices_m, radii_m = self.mission, self.devices_m[:, :2], self.disc_radii_m
+        seen = [*devices_m, *self.places.position_m[self.places.exists, :2]]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
         seen += [*mission.buildings.outlines()[0]]
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
-        if math.isfinite(radius_m := self.disc_radius_m):
-            room = COVERAGE_SHARE * float((high - low).max()) or radius_m
-            low = np.minimum(low, np.maximum(device - radius_m, low - room))
-            high = np.maximum(high, np.minimum(device + radius_m, high + room))
+        first, last, span_m = low, high, float((high - low).max())
+        for device_m, radius_m in zip(devices_m, radii_m.tolist(), strict=True):
+            if math.isfinite(radius_m):
+                room = COVERAGE_SHARE * span_m or radius_m
+                low = np.minimum(low, np.maximum(device_m - radius_m, first - room))
+                high = np.maximum(high, np.minimum(device_m + radius_m, last + room))
         return np.stack([low, high])
 
     def sight_lines(
@@ -73,7 +83,7 @@ class Scene:
         """
         if self.mission.laser is None:
             return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
-        charging = np.concatenate([[HOVER], self.places.buildings])
+        charging = np.concatenate([self.places.hovers, self.places.buildings])
         if len(self.mission.buildings) > most:
             charging = charging[[self.places.names[place] in named for place in charging]]
         charging = charging[self.places.exists[charging]]

@@ -19,7 +19,7 @@ from optuav.mission.keys import quantity
 from optuav.mission.messages import misfits, nearest, shown
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import FIRST_BUILDING, build_places
+from optuav.network.places import build_places
 from optuav.network.prisms import prisms
 from optuav.presentation.blocks import Block, Note, Table
 from optuav.presentation.numbers import figure
@@ -181,7 +181,8 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     mission
         A mission with ``laser.beam``, or its name or path.
     at
-        Name of a place ("origin", "hover", "destination" or a building), or its x, y and z [m].
+        Name of a place ("origin", "hover" or of several devices one, "destination" or a building),
+        or its x, y and z [m].
 
     Returns
     -------
@@ -254,7 +255,7 @@ def _place(mission: Mission, at: Any) -> tuple[str, int, tuple[float, float, flo
         x, y, z = map(float, places.position_m[place])
         if math.isnan(x):
             raise InputError([Fault("at", shown(at), "a place that exists: none is in reach")])
-        return at, max(place - FIRST_BUILDING, CLEAR), (x, y, z)
+        return at, max(place - places.first_building, CLEAR), (x, y, z)
     components = [*at] if isinstance(at, Sequence | np.ndarray) else []
     if len(components) != 3 or not all(map(COORDINATE.accepts, components)):
         words = "the name of a place, or its x, y and z, each"
