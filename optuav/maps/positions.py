@@ -221,8 +221,8 @@ def hovers(
     own_m = _own_m(over, whole, number)
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
     base = whole.replace({key: (x_m, y_m, z_m)})
-    around_m = _around_m(over, base, number, step_m) if bounds is None else None
-    x, y = _axes(np.reshape([*bounds], (2, 2)) if around_m is None else around_m, float(step_m))
+    around_m = _around_m(over, base, number, step_m) if bounds is None else np.array([*bounds])
+    x, y = _axes(around_m.reshape(2, 2), float(step_m))
     solved = solved_batch(base, {f"{key}[1]": y, f"{key}[0]": x}, perspective=perspective)
     facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
     facts |= {"over": key, "height_m": z_m}

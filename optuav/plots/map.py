@@ -416,16 +416,16 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
 
 def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Artist]:
     """Draw the scenery from above, and set the limits; entries of the legend."""
-    mission, entries = shown.mission, list[Artist]()
+    entries = list[Artist]()
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.0)
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
-    discs = zip(shown.devices_m[:, :2], shown.disc_radii_m.tolist(), strict=True)
-    for device_m, reach_m in discs:
+    discs = zip(shown.devices_m.tolist(), shown.disc_radii_m.tolist(), strict=True)
+    for (x, y, _), reach_m in discs:
         if math.isfinite(reach_m):
-            radius_m = min(reach_m, FAR * float(np.abs(shown.corners_m - device_m).max()))
+            radius_m = min(reach_m, FAR * float(np.abs(shown.corners_m - (x, y)).max()))
             fill: Look = {"facecolor": f"{GREEN}26", "edgecolor": GREEN, "linewidth": 0.8}
-            disc = Circle(device_m, radius_m, label="coverage at the hover altitude", **fill)
+            disc = Circle((x, y), radius_m, label="coverage at the hover altitude", **fill)
             ax.add_artist(disc)  # unlike a patch, it does not move the limits
             entries[:] = [disc]
     entries += _draw_links(ax, shown)
