@@ -77,6 +77,11 @@ def hover_map(
     ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
     walls: Look = {"facecolor": "none", "edgecolor": BLACK, "zorder": 3}
     handles = draw_site(ax, site, walls, cased=True)
+    box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
+    for device in mission.devices:  # The title tells of one by its name
+        at_m, name = device.position_m[:2], style.drawable(device.name)
+        if ((at_m >= box[0]) & (at_m <= box[1])).all():
+            style.annotate_beside(ax, name, at_m, (7.0, 6.0), zorder=5, **style.HALO)
     points = [("end", "origin and destination", ["origin", "destination"])]
     hovers = site.places.hovers[site.places.exists[site.places.hovers]].tolist()
     word = f"hover point{'s' * (len(hovers) > 1)}"
@@ -89,7 +94,6 @@ def hover_map(
         # It may be at the edge of the map
         handles += signs.put(ax, "optimum", best_m, style.minus(words), clip_on=False)
     roofs_m = site.places.position_m[site.places.buildings, :2]
-    box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
     handles = [handle for handle in handles if _reaches(handle, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
