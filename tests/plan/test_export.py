@@ -96,7 +96,7 @@ def test_a_map_has_a_hover_of_each_device_with_its_seconds(suffix: str, tmp_path
     layer = geopandas.read_file(file)
     stays = layer[layer.geom_type == "Point"]
     if suffix == ".kml":
-        names = [name.removeprefix("hover at ") for name in stays.Name]
+        names = [name.split(" at ")[1] for name in stays.Name]
         lower = stays.rename(columns=str.lower)  # Drivers of GDAL write it in two ways
         seconds = [float(words.split()[0]) for words in lower.description]
     else:
