@@ -125,8 +125,8 @@ def flight() -> str:
     (hover_x, hover_y), (roof_x, roof_y) = seen(*places["hover"]), seen(*places[roof])
     first_x, last_x = seen(*places["origin"])[0], seen(*places["destination"])[0]
     device_x, device_y = seen(*mission.link.device_m)
-    rim_x, _ = seen(mission.link.device_m[0] + view.disc_radius_m, *mission.link.device_m[1:])
-    _, rim_y = seen(0.0, mission.link.device_m[1] + view.disc_radius_m, mission.link.device_m[2])
+    rim_x, _ = seen(mission.link.device_m[0] + view.disc_radii_m[0], *mission.link.device_m[1:])
+    _, rim_y = seen(0.0, mission.link.device_m[1] + view.disc_radii_m[0], mission.link.device_m[2])
     east_m, north_m, _ = laser.position_m
     at = seen(east_m, north_m, 0.0)
     radii = f'rx="{rim_x - device_x:.1f}" ry="{device_y - rim_y:.1f}"'

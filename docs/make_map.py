@@ -89,7 +89,7 @@ def page(routes: Mapping[str, Sequence[str]] | None = None) -> str:
     ways = [*routes.values()] if routes else [["origin", "hover", "destination"]]
     looks = ("way", "way second") if routes else ("dashed",)
     marks = [
-        spot("device", PX_PER_M * seen.disc_radius_m, "reach"),
+        spot("device", PX_PER_M * seen.disc_radii_m[0], "reach"),
         *(signs.line("beam", at["laser"], at[place]) for place in (rests or (*roofs, "hover"))),
         *(
             signs.line(look, *(at[place] for place in way))

@@ -17,6 +17,7 @@ def map(
     step_m: float,
     bounds: str | None = None,
     height_m: float | None = None,
+    device: str | None = None,
     perspective: Perspective = "available",
     *,
     out: StudyOptions,
@@ -41,7 +42,7 @@ def map(
     with collected(faults):
         moved = mission_of(mission, out.settings)
     refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
-    found = hovers(places[over], moved, step_m, ends, height_m, perspective)
+    found = hovers(places[over], moved, step_m, ends, height_m, perspective, device)
     written = []
     if out.save is not None:
         written.append(maps.save(found.labelled(), out.save))

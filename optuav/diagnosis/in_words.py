@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 from formulations.soc import LABELS, StepEnd
@@ -114,12 +115,15 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
 def route(plan: Plan) -> str:
     """The stops in order, such as "Rest 392.1 s at b1, then hover."."""
     stays = list[str]()
-    for stop in plan.stops if plan else ():
-        if stop.kind == "rest":
+    for kind, stops in groupby(plan.stops if plan else (), lambda stop: stop.kind):
+        if kind == "hover" and plan.mission.devices:
+            *others, last = (str(stop.at) for stop in stops)
+            stays.append(f"hover over {', '.join(others)}{' and ' * bool(others)}{last}")
+            continue
+        for stop in stops:
             lasts = f"{stop.duration_s:.1f} s"
-            stays.append(f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}")
-        else:
-            stays.append("hover")
+            rest = f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}"
+            stays.append(rest if kind == "rest" else "hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
     return _sentence_words(words) if stays else ""
 

@@ -228,7 +228,8 @@ def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
 
 def is_own(parameter: Parameter) -> bool:
     """Return whether a user's formulation adds a parameter that no quantity of a mission is."""
-    ours = parameter.key or parameter.name in {quantity.name for quantity in QUANTITIES}
+    name = parameter.name.partition("[")[0]  # One of several devices has a number after it
+    ours = parameter.key or name in {quantity.name for quantity in QUANTITIES}
     return parameter.varies and not ours
 
 

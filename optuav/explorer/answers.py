@@ -28,12 +28,12 @@ from optuav.diagnosis.report import Explanation
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
-from optuav.explorer.state import DEVICE, OPTIONS, Control, State, controls
+from optuav.explorer.state import Control, State, controls, device_keys, options_of
 from optuav.mission import Mission
 from optuav.mission.keys import stated_value
 from optuav.mission.mission import toml_of
 from optuav.network.map_extent import Scene, scene
-from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.places import DESTINATION, ORIGIN
 from optuav.plan import Plan
 from optuav.plan.display import (
     Levels,
@@ -93,7 +93,8 @@ def refuse_many(mission: Mission) -> None:
 
 def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     """The answer to a state that is valid."""
-    mission, problem = state.mission(base), state.question
+    mission = state.mission(base)
+    problem = state.question(mission)
     asked: Data = {"perspective": state.perspective, "time_limit_s": SOLVE_S}
     program = formulate(mission, problem, **asked)
     plan = program.solve()
@@ -105,7 +106,7 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
         "number": state.number,
         "name": mission.name,
         "controls": [_control(control, mission, still) for control in controls(base)],
-        "options": {**OPTIONS, "building": mission.buildings.names},
+        "options": options_of(mission),
         "presets": presets(base),
         "verdict": header(program, explained),
         "map": _map(mission, flight),
@@ -150,7 +151,8 @@ def _control(control: Control, mission: Mission, still: Mapping[str, KeyWithoutE
 def _map(mission: Mission, plan: Plan | None) -> Data:
     """The places of a mission [m], the reach of laser and links, and the route with its stops.
 
-    Each device has the key that moves it, and the rim of the disc that its link reaches.
+    Each device has the key that moves it, the place where the UAV hovers over it, and the rim of
+    the disc that its link reaches.
     """
     shown = scene(mission)
     places, laser = shown.places, mission.laser
@@ -159,10 +161,9 @@ def _map(mission: Mission, plan: Plan | None) -> Data:
     ends = {
         places.names[place]: _rounded(places.position_m[place]) for place in (ORIGIN, DESTINATION)
     }
-    hover = places.position_m[HOVER] if places.exists[HOVER] else None
     step_m = round_step(float(np.ptp(shown.corners_m, axis=0).max()) or 1.0, MOST_STEPS)
     low, high = shown.corners_m / step_m
-    radius_m, device_m = shown.disc_radius_m, np.array(mission.device_m)
+    discs = zip(mission.served, device_keys(mission), shown.disc_radii_m, strict=True)
     return {
         "bounds": _rounded(shown.corners_m),
         "window": _rounded(step_m * np.stack([np.floor(low), np.ceil(high)])),
@@ -180,19 +181,29 @@ def _map(mission: Mission, plan: Plan | None) -> Data:
             for line, sees in zip(lines_m, clear, strict=True)
         ],
         **ends,
-        "hover": None if hover is None else _rounded(hover),
+        "hovers": [
+            {"name": places.names[place], "at": _rounded(places.position_m[place])}
+            for place in places.hovers[places.exists[places.hovers]].tolist()
+        ],
         "devices": [
             {
-                "name": "device",
-                "key": DEVICE,
-                "at": _rounded(device_m),
-                "rim": _rounded(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
+                "name": device.name if mission.devices else "device",
+                "place": device.name,
+                "key": key,
+                "at": _rounded(np.array(device.position_m)),
+                "rim": _rim(device.position_m, radius_m),
             }
+            for device, key, radius_m in discs
         ],
         "laser": None if laser is None else [*laser.position_m],
         "route": _rounded(_points_m(shown, plan)) if plan else None,
         "stops": [asdict(stop) for stop in plan.stops] if plan else [],
     }
+
+
+def _rim(device_m: Sequence[float], radius_m: float) -> Any:
+    """The rim of a disc on the map [m]; None if there is none."""
+    return _rounded(np.array(device_m[:2]) + radius_m * RIM) if math.isfinite(radius_m) else None
 
 
 def _points_m(shown: Scene, plan: Plan) -> Floats:

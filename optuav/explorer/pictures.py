@@ -9,7 +9,6 @@ import numpy as np
 from optuav.errors import InputError, NoPlanError
 from optuav.laser.beam import SpreadingBeam
 from optuav.network.network import Network
-from optuav.network.places import FIRST_BUILDING
 from optuav.plan import Plan
 from optuav.plan.display import rounded_up
 from optuav.presentation.numbers import percent
@@ -51,7 +50,7 @@ def picture(name: str, program: Program, plan: Plan, building: str | None) -> Da
 def _beam(program: Program, plan: Plan, building: str | None) -> Data:
     """Power from the laser to a roof: the chosen one, the plan's, or the one it charges most."""
     places = program.network.places
-    strongest = FIRST_BUILDING + int(np.argmax(places.charge_current_A[places.buildings]))
+    strongest = places.first_building + int(np.argmax(places.charge_current_A[places.buildings]))
     roof = building or _rests_at(plan) or places.names[strongest]
     budget = link_budget(program.network.mission, roof)
     stations = budget.stations()

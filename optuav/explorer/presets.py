@@ -4,7 +4,9 @@ import math
 from functools import lru_cache
 from typing import Any
 
+from formulations.p1 import P1
 from optuav.diagnosis.explain import explain
+from optuav.explorer.state import stated_order
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.places import laser_reach
@@ -17,18 +19,20 @@ BATTERY = {"perspective": "battery"}
 def presets(mission: Mission) -> list[dict[str, Any]]:
     """Return words, short words and state of each preset that a mission has."""
     found: list[Any] = [("The mission", "Mission", {})]
-    plan = solve(mission, perspective="battery")
+    plan = solve(mission, P1(device_order=stated_order(mission)), perspective="battery")
     if plan and plan.runs_dry_s is not None:
         found.append(("A plan that falls", "Fall", BATTERY))
     if plan and plan.rest_time_s:
-        first, *_ = stops = [stop for stop in plan.stops if stop.duration_s]
+        stops = [stop for stop in plan.stops if stop.duration_s]
         rest = {"building": next(e.at for e in stops if e.kind == "rest")}
+        kinds = [stop.kind for stop in stops]
+        order = "between" if "rest" in kinds[1:-1] else f"{kinds[0]}-first"
         price = {cost.key: cost for cost in explain(plan).prices}.get("limits.deadline_s")
         if price and price.matters and price.less < 1.0:
             # As charge binds too, the rest shrinks with the deadline along a straight line.
             time_s = mission.limits.deadline_s - plan.rest_time_s / (1.0 - price.less)
             changes = {"limits.deadline_s": round(time_s, 2)}
-            kink = {**BATTERY, **rest, "order": f"{first.kind}-first", "changes": changes}
+            kink = {**BATTERY, **rest, "order": order, "changes": changes}
             found.append(("The kink: no time for a rest", "Kink", kink))
         found.append(("Hover first or rest first", "Order", {**rest, "order": "rest-first"}))
     changes = {"battery.capacity_As": round(mission.battery.capacity_As / 20.0, 3)}

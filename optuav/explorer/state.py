@@ -14,9 +14,9 @@ from optuav.fields import Range
 from optuav.mission import Mission
 from optuav.mission.keys import stated_value
 from optuav.mission.messages import number, shown, unknown
-from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
+from optuav.options import ORDERS, ORDERS_OF_SEVERAL, TRAJECTORIES, Perspective, ProblemName
 from optuav.plan.display import round_step
-from optuav.solving.question import problem_of
+from optuav.solving.question import MOST_FREE, problem_of
 
 DEVICE, LASER = "link.device_m", "laser.position_m"  # Places that can be moved, beside roofs
 SWITCHED = "limits.keep_soc"  # Set by the switch beside the slider of η0
@@ -29,7 +29,7 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {
     "problem": get_args(ProblemName),
     "perspective": get_args(Perspective),
     "trajectory": TRAJECTORIES,
-    "order": ORDERS,
+    "order": ORDERS_OF_SEVERAL,
 }
 """The values of each option that has names."""
 CURRENT = ("Charging current", "I_ch", "A")
@@ -44,6 +44,26 @@ WORDS = {
 """Words, symbol and unit of the sliders by key."""
 READ_IN = {"%": ("%", 0.01), "A s": ("Ah", 3600.0), "rad": ("µrad", 1e-6)}
 """Units that a reader sees, with their size, by the unit of a key; others are read as stated."""
+
+
+def options_of(mission: Mission) -> dict[str, Sequence[str]]:
+    """The values of each option that has names, as far as a mission has them."""
+    ways, orders = (*TRAJECTORIES,), (*ORDERS,)
+    if mission.devices:
+        ways, orders = ("optimal", "direct"), (*ORDERS_OF_SEVERAL,)
+    return {**OPTIONS, "trajectory": ways, "order": orders, "building": mission.buildings.names}
+
+
+def device_keys(mission: Mission) -> list[str]:
+    """The key of each device's position, in the order of the mission."""
+    names = [device.name for device in mission.devices]
+    return [f"devices.{name}.position_m" for name in names] or [DEVICE]
+
+
+def stated_order(mission: Mission) -> tuple[str, ...] | None:
+    """The order of devices that are too many to compare all orders: the mission's; None of few."""
+    names = tuple(device.name for device in mission.devices)
+    return names if len(names) > MOST_FREE else None
 
 
 @dataclass(frozen=True)
@@ -86,17 +106,17 @@ class State:
         refuse(faults)
         return cls(**{name: value for name, value in stated.items() if value is not None})
 
-    @property
-    def question(self) -> Formulation:
-        """The problem with its options."""
+    def question(self, mission: Mission) -> Formulation:
+        """The problem over a mission with its options."""
+        options: dict[str, Any] = {"order": self.order, "device_order": stated_order(mission)}
         if self.building is not None:
-            return problem_of("P4", building=self.building, order=self.order)
-        return problem_of(self.problem, trajectory=self.trajectory, order=self.order)
+            return problem_of("P4", building=self.building, **options)
+        return problem_of(self.problem, trajectory=self.trajectory, **options)
 
     def mission(self, base: Mission) -> Mission:
         """A mission with the changes; footprints move with their roofs."""
         allowed, values, faults = {control.key for control in controls(base)}, dict[str, Any](), []
-        allowed |= {SWITCHED, DEVICE, *([LASER] if base.laser else [])}
+        allowed |= {SWITCHED, *device_keys(base), *([LASER] if base.laser else [])}
         for key, value in self.changes.items():
             roof = ROOF.fullmatch(key)
             if key not in allowed and (roof is None or roof[1] not in base.buildings.names):

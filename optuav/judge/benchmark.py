@@ -132,27 +132,39 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
 
 
 def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator[str]:
-    """Yield what differs from the problem."""
+    """Yield what differs from the problem; the simulation judges hovers over several devices."""
     name, options = benchmark.parsed(answer.problem)
     rests, hovers = ([x.at for x in stops if x.kind == kind] for kind in ("rest", "hover"))
+    served = [device.name for device in found.mission.served]
     most = {"rests": 0 if name == "P3" else options.get("stops", 1)}
-    most["hovers"] = options.get("hovers", 1)
+    most["hovers"] = options.get("hovers", len(served))
     for verb, count in (("rests", len(rests)), ("hovers", len(hovers))):
         if count > most[verb]:
             yield f"it {verb} {count} times, at most {most[verb]} are asked for"
-    if all(stop.at != "hover" for stop in stops):
-        yield "it never comes to the hover point"
-    if strange := {*hovers} - {"hover"}:
-        yield f"it hovers at {', '.join(sorted(map(str, strange)))}, not at the hover point"
-    if strange := {*rests} & {*ENDS}:
+    if len(served) == 1:
+        if all(stop.at != "hover" for stop in stops):
+            yield "it never comes to the hover point"
+        if strange := {*hovers} - {"hover"}:
+            yield f"it hovers at {', '.join(sorted(map(str, strange)))}, not at the hover point"
+    if strange := {*rests} & {*ENDS, *served}:
         yield f"it rests at {', '.join(sorted(map(str, strange)))}, not on a roof"
-    if name == "P4" and (rests != [options["building"]] or len(hovers) != 1):
-        yield f"it does not hover and rest on {options['building']}, once each"
-    if "order" in options and stops and f"{stops[0].kind}-first" != options["order"]:
+    if name == "P4" and (rests != [options["building"]] or len(hovers) != len(served)):
+        once = "hover and rest" if len(served) == 1 else "hover over each device and rest"
+        yield f"it does not {once} on {options['building']}, once each"
+    if "order" in options and stops and _order_of(stops) != options["order"]:
         yield f"its order is not {options['order']}"
+    if "device_order" in options and ",".join(map(str, hovers)) != options["device_order"]:
+        yield f"its order of devices is not {options['device_order']}"
     ends_s, deadline_s = found.mission_time_s, found.mission.limits.deadline_s
     if name == "P2-tight" and ends_s < deadline_s and not same(ends_s, deadline_s):
         yield f"it ends after {ends_s:.6g} s, not at the deadline of {deadline_s:.6g} s"
+
+
+def _order_of(stops: Sequence[Stop]) -> str:
+    """The order of rest and hovers: "rest-first", "hover-first", or "between" two hovers."""
+    kinds = [stop.kind for stop in stops]
+    inside = "rest" in kinds and kinds[0] == kinds[-1] == "hover"
+    return "between" if inside else f"{kinds[0]}-first"
 
 
 def _slack_s(found: Replay) -> float:
@@ -163,7 +175,7 @@ def _slack_s(found: Replay) -> float:
     """
     time_s = found.mission.limits.deadline_s
     stays = [phase for phase in found.phases if phase.kind == "hover"]
-    if stays and (drawn_A := -stays[0].stages[0].net.current_A) > 0.0:
+    if stays and (drawn_A := min(-stay.stages[0].net.current_A for stay in stays)) > 0.0:
         pool = found.mission.pool
         time_s += float(pool.capacity_As / (pool.available_fraction * drawn_A))
     return SLACK * TOLERANCE * time_s

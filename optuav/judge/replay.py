@@ -47,8 +47,8 @@ CAP = "max_speed_m_s"  # Key of [flight], an air speed where there is wind
 
 BELOW_RESERVE = "below reserve"  # Kind of the remark that a landing leaves less than η0
 
-OF_A_RELAY = ("altitude", "coverage", "no sight")
-"""Kinds of events at hovers that have a meaning for the relay of a device only."""
+OF_A_RELAY = ("altitude", "coverage", "no sight", "device", "share", "rests")
+"""Kinds of events at hovers and rests that have a meaning for the relay of devices only."""
 
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""

@@ -15,10 +15,10 @@ from optuav.errors import Fault, collected, refuse, require
 from optuav.fields import Range
 from optuav.mission import Mission, load
 from optuav.mission.earth import stated_system
-from optuav.mission.messages import misfits, shown, unlisted
+from optuav.mission.messages import first_ten, misfits, nearest, shown, unlisted
 from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
-from optuav.network.vehicle import hover_point_m
+from optuav.network.vehicle import hover_points_m
 from optuav.options import Perspective
 from optuav.service.calm_air import in_calm_air, with_words
 from optuav.solving import solve
@@ -36,7 +36,8 @@ ROUNDED_DISTANCE = 1e-9  # Share of a distance that bounds may fall short of the
 MOST_POINTS, BYTES = 4_000_000, 100
 """Most points of a map, and about the memory that each takes while it is computed."""
 DEVICE, LASER, HOVER_POINT = "link.device_m", "laser.position_m", "route.hover_m"
-"""Keys of the places that a map moves."""
+"""Keys of the places that a map moves; those of one of several devices are in `OF_SEVERAL`."""
+OF_SEVERAL = {DEVICE: "devices.{}.position_m", HOVER_POINT: "devices.{}.hover_m"}
 ROOM = 0.05  # Margin of a map's default bounds on every side, as a share of its size
 
 
@@ -44,6 +45,7 @@ def device(
     mission: Mission | str | Path,
     step_m: float,
     *,
+    device: str | None = None,
     bounds: Bounds | None = None,
     height_m: float | None = None,
     perspective: Perspective = AVAILABLE,
@@ -56,6 +58,8 @@ def device(
         A mission, the name of a shipped one, or the path of a mission file.
     step_m
         Distance between two points along x and along y [m], 0.001 to 1e6; at most 4 million points.
+    device
+        Name of the device that moves, of a mission with several; the others stay.
     bounds
         Least x, least y, largest x and largest y [m], each -1e6 to 1e6, the first two being a
         point's; by default multiples of the distance around everything in the mission.
@@ -89,7 +93,7 @@ def device(
     [[600.1 599.4 600. ]
      [597.9 597.3 597.8]]
     """
-    return hovers(DEVICE, mission, step_m, bounds, height_m, perspective).labelled()
+    return hovers(DEVICE, mission, step_m, bounds, height_m, perspective, device).labelled()
 
 
 def laser(
@@ -133,6 +137,7 @@ def hover_point(
     mission: Mission | str | Path,
     step_m: float,
     *,
+    device: str | None = None,
     bounds: Bounds | None = None,
     height_m: float | None = None,
     perspective: Perspective = AVAILABLE,
@@ -143,6 +148,8 @@ def hover_point(
     ----------
     mission, step_m, perspective
         As for `device`.
+    device
+        Name of the device whose hover point moves, of a mission with several.
     bounds
         As for `device`; by default around the points within reach of the device.
     height_m
@@ -168,7 +175,7 @@ def hover_point(
     >>> hover_map.reason.attrs["words"].splitlines()[int(hover_map.reason[0, 0])][:46]
     'the device is out of reach of the hover point '
     """
-    return hovers(HOVER_POINT, mission, step_m, bounds, height_m, perspective).labelled()
+    return hovers(HOVER_POINT, mission, step_m, bounds, height_m, perspective, device).labelled()
 
 
 class HoverMap(NamedTuple):
@@ -195,23 +202,30 @@ def hovers(
     bounds: Bounds | None,
     height_m: float | None,
     perspective: Perspective,
+    device: str | None = None,
 ) -> HoverMap:
-    """The longest hovers with a place of the mission, by its key, anywhere on a grid."""
-    faults, own_m = [*faults_of(step_m, bounds, height_m, perspective)], None
+    """The longest hovers with a place of the mission, by its key, anywhere on a grid.
+
+    With several devices, the place is that of the device by its name.
+    """
+    faults = [*faults_of(step_m, bounds, height_m, perspective)]
     with collected(faults):
         whole = load(mission)
-        if (own_m := _own_m(over, whole)) is None:
+        faults += _device_faults(over, whole, device)
+        if over == LASER and whole.laser is None:
             faults.append(Fault("laser", "", "the mission has none that could be elsewhere"))
         checked_question(whole, "P1", perspective)
     refuse(dict.fromkeys(faults))
-    assert own_m is not None
+    key = OF_SEVERAL[over].format(device) if device is not None else over
+    number = [served.name for served in whole.served].index(device) if device is not None else 0
+    own_m = _own_m(over, whole, number)
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
-    base = whole.replace({over: (x_m, y_m, z_m)})
-    corners_m = _around_m(over, base, step_m) if bounds is None else np.reshape([*bounds], (2, 2))
-    x, y = _axes(corners_m, float(step_m))
-    solved = solved_batch(base, {f"{over}[1]": y, f"{over}[0]": x}, perspective=perspective)
+    base = whole.replace({key: (x_m, y_m, z_m)})
+    around_m = _around_m(over, base, number, step_m) if bounds is None else np.array([*bounds])
+    x, y = _axes(around_m.reshape(2, 2), float(step_m))
+    solved = solved_batch(base, {f"{key}[1]": y, f"{key}[0]": x}, perspective=perspective)
     facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
-    facts |= {"over": over, "height_m": z_m}
+    facts |= {"over": key, "height_m": z_m}
     facts |= {"crs": crs} if (crs := stated_system(whole)) else {}
     hover_s = solved.values["hover_time_s"]
     if not np.isnan(hover_s).all():
@@ -228,7 +242,7 @@ def hovers(
         facts["best_at"] = "edge" if at_edge else "inside"
         _, words = with_words(
             in_calm_air(
-                base.replace({over: facts["best_m"]}),
+                base.replace({key: facts["best_m"]}),
                 lambda calm: solve(calm, perspective=perspective).hover_time_s,
             ),
             "{:.2f} s of hover there".format,
@@ -269,25 +283,40 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
     ]
 
 
-def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
-    """The place that the mission itself has, by its key [m]; without a hover point, one near.
+def _device_faults(over: str, mission: Mission, device: object) -> Iterator[Fault]:
+    """Yield the fault of the name of a device: one of several must be named, a single one is it."""
+    names = [each.name for each in mission.devices]
+    if device is None:
+        if names and over in OF_SEVERAL:
+            words = f"is missing; the mission has several devices: one of {first_ten(names)}"
+            yield Fault("device", "", words)
+    elif over not in OF_SEVERAL:
+        yield Fault("device", shown(device), "goes with maps of a device or of its hover point")
+    elif not names:
+        yield Fault("device", shown(device), "goes with several devices, and the mission has one")
+    elif device not in names:
+        words = f"one of the devices {first_ten(names)}{nearest(str(device), names)}"
+        yield Fault("device", shown(device), words)
 
-    None without a laser.
-    """
-    if over == DEVICE:
-        return mission.device_m
+
+def _own_m(over: str, mission: Mission, number: int) -> tuple[float, float, float]:
+    """The place that the mission itself has [m]; without a hover point, one near the device."""
     if over == LASER:
-        return mission.laser.position_m if mission.laser else None
-    x, y, z = map(float, hover_point_m(mission))
-    return (*mission.device_m[:2], mission.limits.min_altitude_m) if isnan(z) else (x, y, z)
+        assert mission.laser is not None
+        return mission.laser.position_m
+    device_m = mission.served[number].position_m
+    if over == DEVICE:
+        return device_m
+    x, y, z = map(float, hover_points_m(mission)[number])
+    return (*device_m[:2], mission.limits.min_altitude_m) if isnan(z) else (x, y, z)
 
 
-def _around_m(over: str, mission: Mission, step_m: float) -> Floats:
+def _around_m(over: str, mission: Mission, number: int, step_m: float) -> Floats:
     """Two corners (2, 2) of a map's default bounds, multiples of a distance [m]."""
     around = scene(mission)
     low_m, high_m = around.corners_m
-    if over == HOVER_POINT and isfinite(reach_m := around.disc_radius_m):
-        device_m = np.array(mission.device_m[:2])
+    if over == HOVER_POINT and isfinite(reach_m := around.disc_radii_m[number]):
+        device_m = around.devices_m[number, :2]
         low_m, high_m = device_m - reach_m, device_m + reach_m
     room_m = ROOM * (high_m - low_m).max()
     first, last = np.floor((low_m - room_m) / step_m), np.ceil((high_m + room_m) / step_m)

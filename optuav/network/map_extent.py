@@ -39,23 +39,21 @@ class Scene:
         return np.split(corners_m, np.cumsum(count))[:-1]
 
     @property
-    def disc_radius_m(self) -> float:
-        """Radius of the first device's coverage at the altitude of hovering [m], see `discs`."""
-        return self.discs[0][1]
+    def devices_m(self) -> Floats:
+        """Positions of the devices (device, 3) [m]."""
+        return np.array([device.position_m for device in self.mission.served])
 
     @property
-    def discs(self) -> list[tuple[Floats, float]]:
-        """Middle (2,) and radius [m] of each device's coverage at the altitude of its hover point.
+    def disc_radii_m(self) -> Floats:
+        """Radius of every device's coverage at the altitude of hovering over it (device,) [m].
 
-        The radius is NaN where the radio does not reach.
+        NaN where it does not reach.
         """
-        radius_m, discs = vehicle.coverage_radius_m(self.mission), list[tuple[Floats, float]]()
-        for device, hover_m in zip(self.mission.served, self.places.hover_points_m, strict=True):
-            hover_z_m, device_m = float(hover_m[2]), np.array(device.position_m)
-            altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
-            squared = radius_m**2 - (altitude_m - device_m[2]) ** 2
-            discs.append((device_m[:2], math.sqrt(squared) if squared >= 0.0 else math.nan))
-        return discs
+        hover_z_m = self.places.position_m[self.places.hovers, 2]
+        lowest_m = self.mission.limits.min_altitude_m
+        height_m = np.where(np.isnan(hover_z_m), lowest_m, hover_z_m) - self.devices_m[:, 2]
+        squared = vehicle.coverage_radius_m(self.mission) ** 2 - height_m**2
+        return np.sqrt(np.where(squared >= 0.0, squared, np.nan))
 
     @property
     def corners_m(self) -> Floats:
@@ -63,21 +61,18 @@ class Scene:
 
         It holds all places, and the coverage as far as it does not dwarf them.
         """
-        mission, discs = self.mission, self.discs
-        seen = [
-            *(device_m for device_m, _ in discs),
-            *self.places.position_m[self.places.exists, :2],
-        ]
+        mission, devices_m, radii_m = self.mission, self.devices_m[:, :2], self.disc_radii_m
+        seen = [*devices_m, *self.places.position_m[self.places.exists, :2]]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
         seen += [*mission.buildings.outlines()[0]]
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
-        shown = np.stack([low, high])
-        for device_m, radius_m in discs:
+        first, last, span_m = low, high, float((high - low).max())
+        for device_m, radius_m in zip(devices_m, radii_m.tolist(), strict=True):
             if math.isfinite(radius_m):
-                room = COVERAGE_SHARE * float((high - low).max()) or radius_m
-                shown[0] = np.minimum(shown[0], np.maximum(device_m - radius_m, low - room))
-                shown[1] = np.maximum(shown[1], np.minimum(device_m + radius_m, high + room))
-        return shown
+                room = COVERAGE_SHARE * span_m or radius_m
+                low = np.minimum(low, np.maximum(device_m - radius_m, first - room))
+                high = np.maximum(high, np.minimum(device_m + radius_m, last + room))
+        return np.stack([low, high])
 
     def sight_lines(
         self, named: Collection[str] = (), most: int = MOST_LINES

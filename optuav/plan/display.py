@@ -12,6 +12,7 @@ import numpy as np
 
 from optuav.looks import LOOKS, PHASES
 from optuav.network import vehicle
+from optuav.network.places import hover_point_of
 from optuav.network.timeline import carry, steps
 from optuav.physics.kibam import Wells
 from optuav.plan.data import PlanData
@@ -76,11 +77,12 @@ def low_landings(plan: PlanData) -> list[LowLanding]:
     least_As = limits.min_soc * float(plan.mission.pool.full.total_As)
     *flights, _ = (phase for phase in plan.phases if phase.kind == "flight")
     allowed = "; allowed by keep_soc = end" if limits.keep_soc == "end" else ""
-    low = list[LowLanding]()
+    low, hovers = list[LowLanding](), {device.name for device in plan.mission.served}
     for phase in flights:
         charge_As = sum(phase.available_As) + sum(phase.bound_As)
         if charge_As < least_As * (1.0 - ROUNDED_LEVEL):
-            where = "at the hover point" if phase.end_place == "hover" else "on the roof"
+            over = phase.end_place in hovers
+            where = f"at {hover_point_of(phase.end_place)}" if over else "on the roof"
             words = f"below the reserve {where}{allowed}"
             low.append(LowLanding(phase.end_s, charge_As, words))
     return low

@@ -87,6 +87,8 @@ def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
     if constraint.kind not in REACHED or not isinstance(moment, StepEnd):
         return constraint.label
     well = f"available well {REACHED[constraint.kind]}"
+    if moment.stay and moment.hover and route:
+        return f"{well} after the hover over {route[moment.flight]}"
     if moment.stay:
         return f"{well} {moment}"
     flight = f"flight to {route[moment.flight]}" if route else f"flight {moment.flight}"

@@ -76,6 +76,7 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
     """The pictures of an animation at moments [s], and the last of them for a while."""
     trace, laser, events = replayed.trace, replayed.mission.laser, timed(replayed)
     end_s, name = float(trace.time_s[-1]), style.drawable(replayed.mission.name)
+    served = {device.name for device in replayed.mission.devices}
     with style.applied():
         figure = _still(replayed)
         left, right = figure.axes
@@ -101,7 +102,9 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             craft.set_markeredgecolor(LACKING if past else BLACK)
             veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
             now.set_data([moment_s, moment_s], right.get_ylim())
-            clock.set_text(style.titled(name, trace.kind[at], f"$t$ = {moment_s:.0f} s"))
+            place = trace.end_place[at] if trace.kind[at] == "hover" else ""
+            over = f" over {style.drawable(place)}" if place in served else ""
+            clock.set_text(style.titled(name, trace.kind[at] + over, f"$t$ = {moment_s:.0f} s"))
             verdict.set_text(", ".join(past[:2]))
             canvas.restore_region(still)
             for artist in (trail, beam, craft, veil, now, clock, verdict):

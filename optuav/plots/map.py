@@ -41,7 +41,7 @@ COLOURS = (BLACK, SKY, ORANGE, BLUE, PINK, GREEN)
 DASHES = (*style.DASHES, style.DOTTED, (0.0, (3.0, 3.0)))
 """Looks of several routes; no two differ only in colour."""
 REACH = ("link", "limits.outage_probability", "limits.min_altitude_m")
-SITE = attrgetter("route", "buildings", "laser", *REACH)
+SITE = attrgetter("route", "devices", "buildings", "laser", *REACH)
 """The part of a mission that decides where it takes place."""
 SHIFT = 2.0  # Distance between legs that would lie on each other [pt]
 ARROW_AT, ARROW_STEP = 0.56, 0.05
@@ -49,7 +49,11 @@ ARROW_AT, ARROW_STEP = 0.56, 0.05
 much farther its neighbour does."""
 SPARSE: LineStyleType = (0.0, (1.0, 4.0))  # Dots of a line of sight that is blocked
 FAR = 100.0  # Most sizes of the map for drawing a rim: one far off has billions of pieces
-FEW = 30  # Most buildings for drawing all sight lines and the points on roofs
+FEW = 30
+"""Most buildings for drawing all sight lines and the points on roofs, and most devices for all
+names."""
+MOST_TIMED = 4
+"""Most devices whose labels state the hover over each, and that all have names in height."""
 MOST_NAMED = 400  # Most buildings whose walls labels avoid, and that have names without a plan
 
 
@@ -140,8 +144,8 @@ def mission_map(
     subject = load_subject(subject)
     mission = subject if isinstance(subject, Mission) else subject.mission
     shown, title, why = scene(mission), style.drawable(mission.name), ""
-    ends = [ORIGIN, *shown.places.hovers.tolist(), DESTINATION]
-    ends = [k for k in ends if shown.places.exists[k]]
+    on_the_way = ORIGIN, *shown.places.hovers.tolist(), DESTINATION
+    ends = [k for k in on_the_way if shown.places.exists[k]]
     names, stops = tuple(shown.places.names[k] for k in ends), tuple[Stop, ...]()
     look: Look = {"color": GREY, "linestyle": style.DASHED}
     entries = [Line2D([], [], label="direct route (no plan)", **look)]
@@ -262,7 +266,12 @@ def _draw(
         if name
     }
     words = {name: symbol.rpartition(" ")[2] for name, symbol in SYMBOLS.items()}
-    short = [style.Label(words.get(n) or style.drawable(n), at) for n, at in corners.items()]
+    served = len(shown.mission.devices)
+    optional = {device.name for device in shown.mission.devices} if served > MOST_TIMED else ()
+    short = [
+        style.Label(words.get(n) or style.drawable(n), at, needed=n not in optional)
+        for n, at in corners.items()
+    ]
     style.place(axes.height, short, [way.side for way in ways])
     return axes
 
@@ -278,24 +287,25 @@ def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
 
 
 def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style.Label]:
-    """Places of the ways with their stops, then the scenery; roofs where nothing is planned."""
+    """Places of the ways with their stops, then the scenery; roofs where nothing is planned.
+
+    The stays over several devices stand at the devices, which a line joins to their hover points.
+    """
+    mission = shown.mission
+    timed = times and len(mission.devices) <= MOST_TIMED
     stops = [stop for way in ways for stop in way.stops] if times else []
-    labels = []
+    labels, devices = [], {device.name for device in mission.devices}
     for name, (x, y, _) in _places(shown, ways).items():
-        lines = [SYMBOLS.get(name) or style.drawable(name)]
-        for stop in (candidate for candidate in stops if candidate.at == name):
-            stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
-            lines.append(stay if stop.duration_s > 0.0 else "passes by")
-        labels.append(style.Label("\n".join(lines), (x, y)))
-    written, mission = {label.at for label in labels}, shown.mission
-    one = len(mission.served) == 1
-    scenery = [
-        style.Label(
-            "device $\\mathbf{w}_u$" if one else f"device {style.drawable(device.name)}",
-            device.position_m[:2],
-        )
-        for device in mission.served
-    ]
+        if name not in devices:
+            lines = [SYMBOLS.get(name) or style.drawable(name), *_stays(stops, name)]
+            labels.append(style.Label("\n".join(lines), (x, y)))
+    written = {label.at for label in labels}
+    scenery = list[style.Label]()
+    for device, (x, y, _) in zip(mission.served, shown.devices_m.tolist(), strict=True):
+        lines = ["device $\\mathbf{w}_u$"]
+        if mission.devices:
+            lines = [style.drawable(device.name), *_stays(stops if timed else [], device.name)]
+        scenery.append(style.Label("\n".join(lines), (x, y), needed=len(devices) <= FEW))
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
     # A plan names the roofs that it uses; without one, all names help to choose.
@@ -304,6 +314,13 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
         name, at = style.drawable(building.name), building.position_m[:2]
         scenery.append(style.Label(name, at, needed=False, colour=DARK, size=6.5))
     return labels + [label for label in scenery if tuple(label.at) not in written]
+
+
+def _stays(stops: Sequence[Stop], name: str) -> Iterator[str]:
+    """Words for the stops at a place, for its label."""
+    for stop in (candidate for candidate in stops if candidate.at == name):
+        stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
+        yield stay if stop.duration_s > 0.0 else "passes by"
 
 
 def _places(shown: Scene, ways: Sequence[Way]) -> dict[str, list[float]]:
@@ -403,14 +420,15 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.0)
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
-    discs = [(device_m, radius_m) for device_m, radius_m in shown.discs if math.isfinite(radius_m)]
-    for device_m, radius_m in discs:
-        drawn_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device_m).max()))
-        at = (float(device_m[0]), float(device_m[1]))
-        disc = Circle(at, drawn_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
-        disc.set_label("coverage at the hover altitude")
-        ax.add_artist(disc)  # unlike a patch, it does not move the limits
-    entries += [disc] if discs else []
+    discs = zip(shown.devices_m.tolist(), shown.disc_radii_m.tolist(), strict=True)
+    for (x, y, _), reach_m in discs:
+        if math.isfinite(reach_m):
+            radius_m = min(reach_m, FAR * float(np.abs(shown.corners_m - (x, y)).max()))
+            fill: Look = {"facecolor": f"{GREEN}26", "edgecolor": GREEN, "linewidth": 0.8}
+            disc = Circle((x, y), radius_m, label="coverage at the hover altitude", **fill)
+            ax.add_artist(disc)  # unlike a patch, it does not move the limits
+            entries[:] = [disc]
+    entries += _draw_links(ax, shown)
     lines, sight = _sight(shown, ways)
     light = style.limit("laser")
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
@@ -428,12 +446,24 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
     return entries
 
 
+def _draw_links(ax: Axes, shown: Scene) -> list[Artist]:
+    """Draw which hover point serves which of several devices; the legend's entry."""
+    hovers_m = shown.places.position_m[shown.places.hovers, :2]
+    links = np.stack([shown.devices_m[:, :2], hovers_m], axis=1)
+    links = links[np.isfinite(links).all(axis=(1, 2))]
+    if not (shown.mission.devices and len(links)):
+        return []
+    look: Look = {"linestyles": [style.DASHED], "linewidths": 0.9, "zorder": 1.6}
+    ax.add_collection(LineCollection([*links], colors=GREEN, **look), autolim=False)
+    return [style.entry("device and its hover point", GREEN, 0.9, style.DASHED)]
+
+
 def draw_site(ax: Axes, shown: Scene, walls: Look, *, cased: bool = False) -> list[Artist]:
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
     mission, entries = shown.mission, draw_buildings(ax, shown, walls)
     above: Look = {"cased": cased, "zorder": 4}
-    devices_m = [device.position_m for device in mission.served]
-    entries += signs.put(ax, "device", devices_m, "ground device", **above)
+    word = f"ground device{'s' * (len(mission.served) > 1)}"
+    entries += signs.put(ax, "device", shown.devices_m, word, **above)
     if mission.laser is not None:
         entries += signs.put(ax, "laser", mission.laser.position_m, "laser", **above)
     return entries

@@ -18,7 +18,6 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import plural, shown
 from optuav.network.map_extent import scene
-from optuav.network.places import HOVER
 from optuav.plots import signs, style
 from optuav.plots.heat import LONGEST_HOVER_LABEL, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site
@@ -29,6 +28,8 @@ if TYPE_CHECKING:
 
 MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m": "hover point"}
 """Name of the place that a map moves, by its key."""
+OF_DEVICE = {"position_m": "device {}", "hover_m": "hover point of {}"}
+"""The same of one of several devices, by the end of the key, with its name."""
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
@@ -68,7 +69,7 @@ def hover_map(
     ['paper: longest hover, laser anywhere at z = 50 m,', 'perspective available']
     """
     mission = load(mission)
-    moved = MOVED.get(getattr(found, "attrs", {}).get("over", ""))
+    moved = _moved(getattr(found, "attrs", {}).get("over", ""))
     if moved is None or {*found.dims} != {"x", "y"} or min(found.shape) < 2:
         raise InputError([Fault("found", type(found).__name__, NO_MAP)])
     found = found.sortby(["x", "y"]).transpose("y", "x")
@@ -76,8 +77,15 @@ def hover_map(
     ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
     walls: Look = {"facecolor": "none", "edgecolor": BLACK, "zorder": 3}
     handles = draw_site(ax, site, walls, cased=True)
+    box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
+    for device in mission.devices:  # The title tells of one by its name
+        at_m, name = device.position_m[:2], style.drawable(device.name)
+        if ((at_m >= box[0]) & (at_m <= box[1])).all():
+            style.annotate_beside(ax, name, at_m, (7.0, 6.0), zorder=5, **style.HALO)
     points = [("end", "origin and destination", ["origin", "destination"])]
-    points += [("hover", "hover point", ["hover"])] if site.places.exists[HOVER] else []
+    hovers = site.places.hovers[site.places.exists[site.places.hovers]].tolist()
+    word = f"hover point{'s' * (len(hovers) > 1)}"
+    points += [("hover", word, [site.places.names[place] for place in hovers])] if hovers else []
     for sign, words, names in points:
         handles += signs.put(ax, sign, site.positions(names), words, cased=True, zorder=4)
     if (best_m := found.attrs.get("best_m")) is not None:
@@ -86,7 +94,6 @@ def hover_map(
         # It may be at the edge of the map
         handles += signs.put(ax, "optimum", best_m, style.minus(words), clip_on=False)
     roofs_m = site.places.position_m[site.places.buildings, :2]
-    box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
     handles = [handle for handle in handles if _reaches(handle, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
@@ -96,6 +103,15 @@ def hover_map(
     places = f"{moved} anywhere at z = {height_m} m"
     title = style.titled(mission.name, "longest hover", places, rule)
     return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST_HOVER_LABEL), title, ax)
+
+
+def _moved(key: object) -> str | None:
+    """Name of the place that a map moves; None of another key."""
+    table, _, last = str(key).partition(".")
+    name, _, end = last.rpartition(".")
+    if table == "devices" and end in OF_DEVICE:
+        return OF_DEVICE[end].format(style.drawable(name))
+    return MOVED.get(str(key))
 
 
 class _Placed(Protocol):
@@ -145,8 +161,11 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     """
     if not hasattr(found, "candidates_m"):
         raise InputError([Fault("found", shown(found), "must be an answer of optuav.place_laser")])
-    site, served = scene(found.missions[0]), found.laser >= 0
-    devices_m = np.array([mission.device_m[:2] for mission in found.missions])
+    counts = [len(mission.served) for mission in found.missions]
+    site, laser = scene(found.missions[0]), np.repeat(found.laser, counts)
+    served = laser >= 0
+    every = (device for mission in found.missions for device in mission.served)
+    devices_m = np.array([device.position_m[:2] for device in every])
     candidates_m, lasers_m = found.candidates_m[:, :2], found.position_m[:, :2]
     chosen_m = candidates_m[[*found.selection.sites]]
     roofs_m = found.missions[0].buildings.roof_m[:, :2]
@@ -155,7 +174,7 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     ax = _map_axes(np.array([x[1] - x[0], y[1] - y[0]]), ax)
     ax.set(xlim=x, ylim=y, xlabel="x [m]", ylabel="y [m]")
     handles = draw_buildings(ax, site, {"facecolor": PALE, "edgecolor": GREY})
-    own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
+    own_m, moved = lasers_m[laser[served]], (chosen_m != lasers_m).any(axis=1)
     lines: tuple[tuple[str, Floats, str, LineStyleType], ...] = (
         ("device and its laser", _lines(devices_m[served], own_m), SKY, "-"),
         ("moved", _lines(chosen_m[moved], lasers_m[moved]), DARK, style.DOTTED),

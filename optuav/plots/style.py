@@ -297,12 +297,17 @@ class Band(NamedTuple):
 
 
 def phase_bands(replayed: Replay) -> list[Band]:
-    """The bands of the phases; a rest's band names its place where there is room."""
-    return [
-        Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind))
-        for phase in replayed.phases
-        for names in [(f"rest, {drawable(phase.end.name)}",) if phase.kind == "rest" else ()]
-    ]
+    """The bands of the phases; that of a rest or of one of several hovers names its place."""
+    served = {device.name for device in replayed.mission.devices}
+    bands = list[Band]()
+    for phase in replayed.phases:
+        at, names = drawable(phase.end.name), tuple[str, ...]()
+        if phase.kind == "rest":
+            names = (f"rest, {at}",)
+        elif phase.kind == "hover" and phase.end.name in served:
+            names = (f"hover, {at}", at)
+        bands.append(Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind)))
+    return bands
 
 
 def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:

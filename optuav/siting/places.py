@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.places import Places, build_places
@@ -24,13 +23,15 @@ from optuav.solving.promising_buildings import (
     few_near,
     takes_few,
 )
-from optuav.solving.question import checked_question
+from optuav.solving.question import Question, checked_question
+from optuav.solving.solve import solve
 from optuav.status import SAME_S
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 TRIALS_AT_ONCE = 800
 """Missions times places of the laser computed together, about: as many as fit the cache."""
+ROUTES_AT_ONCE = 1 << 19  # Routes over several devices times places of the laser
 SOME = 64  # Places of the laser computed together past many buildings
 NEAREST = 10  # Buildings that are tried first then, besides those that were the best so far
 LAST_M = 1.0  # Shortest step [m]
@@ -51,14 +52,8 @@ class HoverTimes:
         # Towns, with the buildings to try first, and missions that differ only in their device.
         self._towns, alike = dict[int, tuple[Places, list[int]]](), dict[Mission, list[int]]()
         for number, mission in enumerate(missions):
-            if mission.devices:
-                if not takes_arrays(mission, self._questions[number]):
-                    words = "at most as many devices and buildings as batches compare by rows"
-                    raise InputError([Fault("devices", str(len(mission.devices)), words)])
-                alike.setdefault(mission, []).append(number)
-            elif len(mission.buildings) >= MANY_BUILDINGS and takes_few(
-                mission, self._questions[number]
-            ):
+            question, large = self._questions[number], len(mission.buildings) >= MANY_BUILDINGS
+            if large and not mission.devices and takes_few(mission, question):
                 self._towns[number] = build_places(mission), []
             else:
                 link = mission.link.model_copy(update={"device_m": (0.0, 0.0, 0.0)})
@@ -100,17 +95,35 @@ class HoverTimes:
         return plans.hover_time_s
 
     def _together(self, numbers: list[int], sites_m: Floats) -> Floats:
-        """The hovers of missions that differ only in their device (mission, site) [s]."""
+        """The hovers of missions that differ only in their device (mission, site) [s].
+
+        Missions with several devices differ in nothing.
+        """
         first, shape = numbers[0], (len(numbers), len(sites_m))
+        if self.missions[first].devices:
+            hovers_s = [*self._over_devices(self.missions[first], self._questions[first], sites_m)]
+            return np.broadcast_to(np.concatenate(hovers_s), shape)
         columns = _columns("laser.position_m", np.tile(sites_m, (shape[0], 1)))
-        mission, network = self.missions[first], build_network(self.missions[first])
-        if mission.devices:
-            network = with_routes(network, self._questions[first])
-        elif len(numbers) > 1:  # else legs have one row
+        if len(numbers) > 1:  # else legs have one row
             devices_m = np.array([self.missions[number].device_m for number in numbers])
             columns |= _columns("link.device_m", devices_m.repeat(shape[1], axis=0))
-        variants = Variants(network, columns)
+        variants = Variants(build_network(self.missions[first]), columns)
         return best_plans(variants, self._questions[first]).hover_time_s.reshape(shape)
+
+    def _over_devices(
+        self, mission: Mission, question: Question, sites_m: Floats
+    ) -> Iterator[Floats]:
+        """Yield the hovers of a mission with several devices, for some sites at a time [s]."""
+        if not takes_arrays(mission, question):  # Too many routes for a table
+            for site_m in sites_m.tolist():
+                plan = solve(mission.replace({"laser.position_m": site_m}), **vars(question))
+                yield np.array([plan.hover_time_s if plan else np.nan])
+            return
+        network = with_routes(build_network(mission), question)
+        at_once = max(1, ROUTES_AT_ONCE // len(network.routes))
+        for begin in range(0, len(sites_m), at_once):
+            columns = _columns("laser.position_m", sites_m[begin : begin + at_once])
+            yield best_plans(Variants(network, columns), question).hover_time_s
 
 
 def refined(

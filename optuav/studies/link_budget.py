@@ -181,7 +181,8 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     mission
         A mission with ``laser.beam``, or its name or path.
     at
-        Name of a place ("origin", "hover", "destination" or a building), or its x, y and z [m].
+        Name of a place ("origin", "hover" or of several devices one, "destination" or a building),
+        or its x, y and z [m].
 
     Returns
     -------

@@ -18,6 +18,7 @@ from optuav.explorer.answers import MOST_BUILDINGS, answers, refuse_many
 from optuav.mission import Mission
 from tests.diagnosis.missions import only
 from tests.flight.test_flights import WINGED
+from tests.several_devices import EIGHT, eight, plan_over_eight, three
 
 BATTERY = {"perspective": "battery"}
 HOVER_S, REST_S = 719.5399, 392.1438
@@ -233,13 +234,62 @@ def test_presets_are_answered(name: str) -> None:
 
 def test_the_map_shows_the_reach_of_the_link(paper: Mission) -> None:
     found = answers(paper, {})["map"]
-    assert found["hover"] == pytest.approx((1000.0, 2501.0152, 50.0), abs=1e-3)
-    (device,) = found["devices"]
+    (hover,), (device,) = found["hovers"], found["devices"]
+    assert hover["name"] == device["place"] == "hover"
+    assert hover["at"] == pytest.approx((1000.0, 2501.0152, 50.0), abs=1e-3)
     assert (device["name"], device["key"]) == ("device", "link.device_m")
     rim = np.subtract(device["rim"], device["at"][:2])
     assert np.hypot(*rim.T) == pytest.approx(math.sqrt(501.4836**2 - 50.0**2), abs=1e-2)
     assert found["route"][0] == [0.0, 0.0, 50.0]
     assert {e["name"] for e in found["buildings"] if e["lit"]} == {f"b{k}" for k in range(1, 11)}
+
+
+def test_several_devices_are_shown_and_moved_one_by_one() -> None:
+    """Each has its key and its rim; hover points and the best plan are those of the spec."""
+    found = answers(three(), {})
+    points_m = {"west": (496.2356, 2110.3833), "north": (1000.0, 2501.0152)}
+    points_m["east"] = (1582.3933, 1915.0727)
+    assert {e["name"] for e in found["map"]["hovers"]} == {*points_m}
+    for hover in found["map"]["hovers"]:
+        assert hover["at"][:2] == pytest.approx(points_m[hover["name"]], abs=1e-3)
+    for device in found["map"]["devices"]:
+        assert device["key"] == f"devices.{device['name']}.position_m"
+        assert device["place"] == device["name"]
+        rim = np.subtract(device["rim"], device["at"][:2])
+        assert np.hypot(*rim.T) == pytest.approx(math.sqrt(501.4836**2 - 50.0**2), abs=1e-2)
+    assert found["verdict"]["hover_s"] == pytest.approx(647.331326, abs=1e-5)
+    words = "Hover over east and north, then rest 1016.5 s at b9, then hover over west."
+    assert found["verdict"]["route"] == words
+    assert found["verdict"]["binds"] == "Deadline and available well bind."
+    moved = answers(three(), {"changes": {"devices.west.position_m": [500, 2500, 0]}})
+    apart = optuav.solve(three().replace({"devices.west.position_m": [500, 2500, 0]}))
+    assert moved["verdict"]["hover_s"] == pytest.approx(apart.hover_time_s)
+
+
+def test_options_are_those_of_the_devices(paper: Mission) -> None:
+    """A rest between needs several devices, and the paper's two routes need one."""
+    several, one = answers(three(), {})["options"], answers(paper, {})["options"]
+    assert "between" in several["order"]
+    assert "between" not in one["order"]
+    assert {*one["trajectory"]} - {*several["trajectory"]} == {"traj1", "traj2"}
+    (fault,) = answers(paper, {"order": "between"})["faults"]
+    assert fault["words"].startswith("order = 'between': must be one of rest-first, hover-first")
+    for key in ("link.device_m", "devices.nord.position_m"):
+        (fault,) = answers(three(), {"changes": {key: [0, 0, 0]}})["faults"]
+        assert fault["key"] == key
+
+
+def test_presets_over_several_devices_have_answers() -> None:
+    for preset in answers(three(), {})["presets"]:
+        assert not answers(three(), preset["state"]).get("faults")
+
+
+def test_too_many_devices_are_flown_over_in_the_order_of_the_file() -> None:
+    """As their orders cannot all be compared; no state of the page names one."""
+    found = answers(eight(), {})
+    assert found["verdict"]["hover_s"] == pytest.approx(plan_over_eight().hover_time_s)
+    flown = [name for name in found["plane"]["route"] if name in EIGHT]
+    assert flown == [*EIGHT]
 
 
 def test_words_of_trips_and_of_what_changes_nothing(paper: Mission) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import threading
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -14,8 +15,10 @@ import pytest
 
 import optuav
 from optuav.explorer.answers import answers
+from optuav.explorer.server import Server
 from optuav.explorer.static import script, style
 from tests.explorer.conftest import EVIL, Open
+from tests.several_devices import THREE, three
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 KEPT = "Charge left"
@@ -110,6 +113,31 @@ def test_points_are_dragged_and_moved_by_keys(open_page: Open) -> None:
         assert page.evaluate("document.activeElement.dataset.key") == key
         plan = optuav.solve(optuav.load("paper").replace(state(page)["state"]["changes"]))
         says(page, f"{plan.hover_time_s:.2f} s of hover" if plan else "no plan")
+
+
+def test_each_of_several_devices_has_a_handle(browser: Any) -> None:
+    """Moving one by keys changes that one; its row of numbers and the hover follow."""
+    errors = list[str]()
+    with Server(three()) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(server.address)
+        says(page, "647.33 s of hover; ✓ flies")
+        for name, (x, y, _) in THREE.items():
+            point = page.locator(f"circle[data-key='devices.{name}.position_m']")
+            label = re.compile(f"^{name} at x {x} m, y {y} m")
+            playwright.expect(point).to_have_attribute("aria-label", label)
+        point = page.locator("circle[data-key='devices.west.position_m']")
+        point.focus()
+        page.keyboard.press("Shift+ArrowRight")
+        moved = three().replace({"devices.west.position_m": [500, 2600, 0]})
+        says(page, f"{optuav.solve(moved).hover_time_s:.2f} s of hover")
+        playwright.expect(page.get_by_label("west, x [m]", exact=True)).to_have_value("500")
+        playwright.expect(page.get_by_label("north, x [m]", exact=True)).to_have_value("1000")
+        page.close()
+        server.shutdown()
+    assert errors == []
 
 
 def test_a_pinned_plan_stands_beside_and_a_link_has_both(open_page: Open) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
@@ -15,6 +16,7 @@ from optuav.explorer.server import Server
 from optuav.explorer.static import FOLDER
 from optuav.looks import LOOKS
 from tests.explorer.conftest import Open
+from tests.several_devices import eight, three
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
@@ -329,6 +331,27 @@ def test_a_mission_whose_places_lie_at_the_edge(browser: Any) -> None:
         presets = page.locator(".presets button").all_text_contents()
         assert "4 Too small a battery" in presets
         assert not any("falls" in each for each in presets)
+        page.close()
+        server.shutdown()
+
+
+@pytest.mark.parametrize("make", [three, eight])
+def test_devices_are_named_apart(browser: Any, make: Callable[[], optuav.Mission]) -> None:
+    """No word lies on another, on a phone and in a lecture; each device has its name."""
+    mission = make()
+    with Server(mission) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        page = browser.new_page()
+        for name in ("phone", "lecture"):
+            width, height, query, _ = SIZES[name]
+            page.set_viewport_size({"width": width, "height": height})
+            page.goto(server.address + query)
+            page.locator("figure svg[role=img]").first.wait_for()
+            rests(page)
+            assert page.evaluate(CROWDED) == [], name
+            words = page.locator("figure.map text").all_text_contents()
+            for device in mission.devices:
+                assert any(device.name in each for each in words), (name, device.name)
         page.close()
         server.shutdown()
 

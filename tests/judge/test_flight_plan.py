@@ -23,6 +23,7 @@ from optuav.errors import InputError
 from optuav.judge.flight_plan import FlightPlan
 from optuav.judge.timeline import SimulatedPhase
 from tests.cli.run import refused, run, words
+from tests.several_devices import plan_over_three
 
 HOME = (52.5, 13.4, 34.0)
 Item = dict[str, Any]
@@ -312,6 +313,21 @@ def test_our_own_exports_come_back(tmp_path: Path, name: str, suffix: str) -> No
         if not climbs:
             assert one.end_s == pytest.approx(two.end_s, abs=1.0)
             assert one.end.position_m[2] == pytest.approx(two.end.position_m[2], abs=1e-3)
+
+
+@pytest.mark.parametrize("suffix", [".plan", ".waypoints", ".kml"])
+def test_exports_over_several_devices_come_back(tmp_path: Path, suffix: str) -> None:
+    """Each hover with its seconds, and no word on devices: a flight plan flies for none."""
+    plan = plan_over_three()
+    plan.export(tmp_path / f"own{suffix}")
+    hovers_s = list[float]()
+    for file in sorted(tmp_path.glob(f"*{suffix}")):
+        verdict, _ = judged(file, plan.mission)
+        assert verdict.replay is not None
+        phases = verdict.replay.phases
+        hovers_s += [phase.duration_s for phase in phases if phase.kind == "hover"]
+        assert not {event.kind for event in verdict.events} & {"device", "share", "rests"}
+    assert hovers_s == pytest.approx([647.331326 / 3] * 3, abs=1e-3)
 
 
 def _plane() -> str:

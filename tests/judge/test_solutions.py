@@ -13,6 +13,7 @@ import optuav
 from optuav import InputError
 from optuav.judge import Stop
 from optuav.judge.benchmark import CheckedSolution, answers, checked
+from tests.several_devices import three
 
 MISSION = "set/deadline-1200"  # The shipped `paper`; SPEC gives its values
 DIRECT_S, ROOF_S, BY_CHARGE_S = 577.524, 597.270, 719.5399
@@ -135,6 +136,50 @@ def test_better_than_the_best_known_is_said_only_within_the_bound() -> None:
     assert why.startswith("impossible: it is proved that no plan exists")
     (why,) = checked(mission, open_, 620.0, [Stop("hover", "hover", 620.0)]).wrong
     assert "runs dry" in why
+
+
+def over(name: str, duration_s: float) -> Stop:
+    return Stop(name, "hover", duration_s)
+
+
+@pytest.mark.parametrize(
+    ("stops", "problem", "why"),
+    [
+        ([over("east", 170.0), over("north", 170.0), over("west", 170.0)], "P3", ""),
+        ([over("east", 170.0), over("north", 170.0)], "P3", "device west is hovered over not at"),
+        (
+            [over("east", 165.0), over("north", 170.0), over("west", 170.0)],
+            "P3",
+            "is not its share",
+        ),
+        ([over("west", 90.0), over("east", 90.0), over("west", 90.0)], "P3", "2 times, not once"),
+        (
+            [over("east", 90.0), Stop("b9", "rest", 9.0), over("north", 90.0), over("west", 90.0)],
+            "P1 order=between",
+            "",
+        ),
+        (
+            [over("east", 90.0), over("north", 90.0), over("west", 90.0), Stop("b9", "rest", 9.0)],
+            "P1 order=between",
+            "its order is not between",
+        ),
+        (
+            [over("east", 90.0), over("north", 90.0), over("west", 90.0)],
+            "P3 device_order=west,north,east",
+            "its order of devices is not west,north,east",
+        ),
+    ],
+)
+def test_solutions_over_several_devices_are_judged(
+    stops: list[Stop], problem: str, why: str
+) -> None:
+    """Each device once, for its share, in the order that is asked for; bound 531 s without rest."""
+    known = replace(answers()[MISSION, "P3", "available"], problem=problem)
+    known = replace(known, hover_s=500.0, bound_s=648.0)
+    hover_s = sum(stop.duration_s for stop in stops if stop.kind == "hover")
+    wrong = checked(three(), known, hover_s, stops).wrong
+    assert bool(wrong) is bool(why)
+    assert any(why in words for words in wrong) or not why, wrong
 
 
 @pytest.mark.parametrize("stops", [{}, {"stops": None}, {"stops": []}])

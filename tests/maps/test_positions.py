@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import re
 import subprocess
 import sys
 from typing import Any, get_args
@@ -18,6 +20,7 @@ from optuav.maps.positions import hovers
 from optuav.mission import Mission
 from optuav.options import Perspective
 from optuav.presentation.text import as_text
+from tests.several_devices import three
 
 PAPER = optuav.load("paper")
 SMALL = PAPER.replace({"buildings": PAPER.buildings[6:8]})
@@ -202,3 +205,34 @@ def test_a_map_does_not_import_dask() -> None:
     code = "import sys, optuav; optuav.maps.device('paper', 500); print('dask' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_a_map_over_one_of_several_devices_moves_only_that_one() -> None:
+    """Point by point as solved with the device, or its hover point, stated there."""
+    mission = three()
+    found = optuav.maps.device(mission, 300, device="west", bounds=(300, 2400, 600, 2700))
+    assert found.attrs["over"] == "devices.west.position_m"
+    for x, y in itertools.product((300, 600), (2400, 2700)):
+        moved = mission.replace({"devices.west.position_m": [x, y, 0]})
+        assert float(found.sel(x=x, y=y)) == pytest.approx(optuav.solve(moved).hover_time_s)
+    found = optuav.maps.hover_point(mission, 400, device="west", bounds=(300, 2600, 1100, 3000))
+    stated = mission.replace({"devices.west.hover_m": [300, 2600, 50]})
+    assert float(found[0, 0]) == pytest.approx(optuav.solve(stated).hover_time_s)
+    assert bool(found.sel(x=1100, y=3000).isnull())  # Beyond the reach of west
+
+
+@pytest.mark.parametrize(
+    ("mission", "device", "words"),
+    [
+        ("three", None, "device: is missing; the mission has several devices: one of west, north"),
+        ("three", "nord", "device = 'nord': must be one of the devices west, north, east; did you"),
+        ("paper", "west", "device = 'west': goes with several devices, and the mission has one"),
+    ],
+)
+def test_the_device_of_a_map_is_named_where_there_are_several(
+    mission: str, device: str | None, words: str
+) -> None:
+    source = three() if mission == "three" else mission
+    for function in (optuav.maps.device, optuav.maps.hover_point):
+        with pytest.raises(optuav.InputError, match=re.escape(words)):
+            function(source, 300, device=device)

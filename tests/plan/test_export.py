@@ -24,6 +24,7 @@ import optuav
 from optuav import P1, P4, InputError, NoPlanError, Plan
 from optuav.export import NOT_FLOWN
 from tests.cli.run import refused, run
+from tests.several_devices import plan_over_three
 
 BERLIN = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 34.0}
 SUFFIXES = (".kml", ".geojson", ".plan", ".waypoints")
@@ -82,6 +83,44 @@ def test_kml_has_the_way_where_the_mission_states_it(tmp_path: Path) -> None:
         (lines[2].coords[1], (2000.0, 0.0)),
     ):
         assert on_plane(*point[:2]) == pytest.approx(place_m, abs=1e-3)
+
+
+W_U = {"west": (496.2356, 2110.3833), "north": (1000, 2501.0152), "east": (1582.3933, 1915.0727)}
+"""Hover points of the three devices by the check numbers [m]."""
+
+
+@pytest.mark.parametrize("suffix", [".kml", ".geojson"])
+def test_a_map_has_a_hover_of_each_device_with_its_seconds(suffix: str, tmp_path: Path) -> None:
+    """GDAL finds a point at each w_U, in flight order, with a third of Δ beside it."""
+    (file,) = plan_over_three().export(tmp_path / f"a{suffix}")
+    layer = geopandas.read_file(file)
+    stays = layer[layer.geom_type == "Point"]
+    if suffix == ".kml":
+        names = [name.split(" at ")[1] for name in stays.Name]
+        lower = stays.rename(columns=str.lower)  # Drivers of GDAL write it in two ways
+        seconds = [float(words.split()[0]) for words in lower.description]
+    else:
+        names, seconds = [*stays.place], [*stays.duration_s]
+    assert names == ["east", "north", "b9", "west"]
+    third_s = 647.331326 / 3
+    assert seconds == pytest.approx([third_s, third_s, 1016.469, third_s], abs=1e-3)
+    for name, point in zip(names, stays.geometry, strict=True):
+        if name in W_U:
+            assert on_plane(point.x, point.y) == pytest.approx(W_U[name], abs=1e-3)
+
+
+def test_autopilots_loiter_over_each_device(tmp_path: Path) -> None:
+    """Pymavlink reads a loiter at each w_U for a third of Δ; a rest between parts the flights."""
+    first, _, second, _ = plan_over_three().export(tmp_path / "a.waypoints")
+    loiters = [[w for w in waypoints(file) if w.command == LOITER] for file in (first, second)]
+    for items, names in zip(loiters, (["east", "north"], ["west"]), strict=True):
+        assert [item.param1 for item in items] == pytest.approx([647.331326 / 3] * len(names))
+        for item, name in zip(items, names, strict=True):
+            assert on_plane(item.y, item.x) == pytest.approx(W_U[name], abs=0.02)
+    document = json.loads(plan_over_three().export(tmp_path / "a.plan")[0].read_text())
+    items = [item for item in document["mission"]["items"] if item["command"] == LOITER]
+    assert [item["params"][0] for item in items] == pytest.approx([647.331326 / 3] * 2)
+    assert refused_by_px4(document) == []
 
 
 def test_geojson_has_heights_above_the_ellipsoid_or_none(grids: Path, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from optuav.options import Perspective
 from optuav.siting import places as siting
 from optuav.siting.places import HoverTimes
 from optuav.status import Status
+from tests.several_devices import three
 
 CANDIDATES_M = np.array(
     [[1000.0, 0.0, 50.0], [250.0, 700.0, 120.0], [1800.0, 900.0, 90.0], [900.0, 1500.0, 40.0]]
@@ -338,3 +339,23 @@ def test_progress_counts_hover_times_and_may_stop_the_work() -> None:
     assert again.to_dict() == known.to_dict()
     with pytest.raises(optuav.InputError, match="progress"):
         optuav.place_laser("paper", CANDIDATES_M, progress=1)  # type: ignore[arg-type]
+
+
+def test_a_laser_serves_missions_over_several_devices() -> None:
+    """Hover times are those of `solve` with the laser there, beside a mission with one device."""
+    sites = [(0.0, 0.0, 10.0), (1000.0, 1000.0, 10.0)]
+    placed = optuav.place_laser([three(), "paper"], sites, refine=False)
+    for number, mission in enumerate((three(), optuav.load("paper"))):
+        site = placed.position_m[placed.laser[number]].tolist()
+        best = optuav.solve(mission.replace({"laser.position_m": site}))
+        assert placed.hover_s[number, placed.laser[number]] == pytest.approx(best.hover_time_s)
+
+
+def test_many_routes_over_devices_are_placed_as_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some sites at a time, or each solved by itself, give the same hover times."""
+    sites = np.array([[0.0, 0.0, 10.0], [1000.0, 1000.0, 10.0], [1900.0, 100.0, 20.0]])
+    together = HoverTimes([three()], "available").at(sites)
+    monkeypatch.setattr(siting, "ROUTES_AT_ONCE", 1)
+    assert HoverTimes([three()], "available").at(sites) == pytest.approx(together)
+    monkeypatch.setattr(siting, "takes_arrays", lambda *_: False)
+    assert HoverTimes([three()], "available").at(sites) == pytest.approx(together)

@@ -16,6 +16,7 @@ import optuav
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.physics.reference import printed
+from tests.several_devices import three
 
 PAPER = optuav.load("paper").replace({"battery.charge_current_A": 1e5})
 RECEIVER = {"radius_m": 0.25, "optics_efficiency": 0.9, "cell_efficiency": 0.5}
@@ -212,3 +213,17 @@ def test_what_has_no_budget() -> None:
         optuav.link_budget(far, "hover")
     with pytest.raises(InputError, match=r"dc_W = nan: must be a number"):
         budget(gaussian(), 500).reach_m(math.nan)
+
+
+def test_a_device_of_several_is_a_place() -> None:
+    """The light at w_U of the check numbers, and a roof is not the building of another place."""
+    keys = {"beam": "gaussian", "aperture_m": 0.3, "source_efficiency": 0.4, "power_W": 5000}
+    laser = {f"laser.{key}": value for key, value in keys.items()}
+    mission = three().replace({**laser, "receiver": {"radius_m": 0.25, "cell_efficiency": 0.45}})
+    budget = optuav.link_budget(mission, "west")
+    laser_m = mission.laser.position_m if mission.laser else (0.0, 0.0, 0.0)
+    west_m = (496.2356, 2110.3833, 50.0)
+    assert budget.distance_m == pytest.approx(math.dist(laser_m, west_m), abs=1e-3)
+    assert all(optuav.link_budget(mission, name).in_sight for name in mission.buildings.names)
+    with pytest.raises(InputError, match="did you mean 'west'"):
+        optuav.link_budget(mission, "wets")

@@ -53,7 +53,7 @@ export class Controls {
 
   #build({options, controls, presets, stored}) {
     const names = Object.keys(WORDS.titles).filter((name) => options[name]);
-    this.#section("Question").append(...names.map((name) => this.#choice(name)));
+    this.#section("Question").append(...names.map((name) => this.#choice(name, options[name])));
     this.#section("Mission").append(...controls.map((control) => this.#slider(control)));
     if (stored) this.#section("Places").remove();
     this.#start.append(...presets.map(({words}, value) => make("option", {value}, words)));
@@ -97,14 +97,15 @@ export class Controls {
 
   // The question.
 
-  #choice(name) {
+  #choice(name, values) {
     const element = this.#copy("choice");
     const [label, select, segments, note] = element.children;
     element.dataset.name = select.name = name;
     label.firstChild.textContent = WORDS.titles[name];
     label.htmlFor = select.id = `${this.#id}-${name}`;
     segments.ariaLabel = `${WORDS.titles[name]}: one of`;
-    segments.append(...(WORDS.segments[name] ?? []).map((value) =>
+    const shown = (WORDS.segments[name] ?? []).filter((value) => values.includes(value));
+    segments.append(...shown.map((value) =>
       button(worded(name, value), () => this.#choose(name, value), {value, "aria-pressed": "false"})));
     const parts = {mark: label.lastChild, note, segments: segments.children};
     this.#fields.set(name, {key: name, element, inputs: [select], ...parts});

@@ -6,7 +6,8 @@ const MOST_NAMED = 40; // Buildings
 const LONGEST_NAME = 24;
 const LEAST_S = 0.05; // Of a stay that is named
 const ARROW_PX = 30; // Of a leg that has an arrow, at least
-const ENDS = ["origin", "destination", "hover"]; // Places that no building is named by
+const ENDS = ["origin", "destination"]; // Places that no building is named by
+const MOST_TIMED = 4; // Devices that have their hovers beside their names
 const POINT = {x: ([x]) => x, y: ([, y]) => y};
 const ABOVE = [2, 0, 1, 3, 4, 5, 6, 7]; // Spots of `around`, the preferred first
 const BELOW = [3, 0, 1, 2, 4, 5, 6, 7];
@@ -38,6 +39,7 @@ export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
     marks: [
       terrain(map, step, look.u),
       sights(map, look.u, named),
+      links(map, look.u),
       route(map, scale, look.u),
       spots(map, look.u, named),
     ],
@@ -65,7 +67,8 @@ function frameOf([[x1, y1], [x2, y2]], {width, height, u}) {
 
 // Position of a place by its name [m].
 function placeOf(map, name) {
-  return ENDS.includes(name) ? map[name] : map.buildings.find((building) => building.name === name)?.at;
+  if (ENDS.includes(name)) return map[name];
+  return [...map.hovers, ...map.buildings].find((place) => place.name === name)?.at;
 }
 
 function restsOf(map) {
@@ -106,6 +109,19 @@ function sights(map, u, named) {
   ];
 }
 
+// Which hover point serves which of several devices.
+function links(map, u) {
+  const known = several(map) ? map.devices.filter(({place}) => placeOf(map, place)) : [];
+  const look = {stroke: colour("hover"), strokeWidth: 1.25 * u, strokeDasharray: `${5 * u} ${3 * u}`};
+  const [x1, y1] = [0, 1].map((axis) => ({at}) => at[axis]);
+  const [x2, y2] = [0, 1].map((axis) => ({place}) => placeOf(map, place)[axis]);
+  return Plot.link(known, {x1, y1, x2, y2, ...look});
+}
+
+function several({devices}) {
+  return devices.length > 1;
+}
+
 function route({route: way}, scale, u) {
   const legs = d3.pairs(way ?? [], ([a, b], [c, d]) => ({
     x: (a + c) / 2,
@@ -122,7 +138,7 @@ function route({route: way}, scale, u) {
 }
 
 function spots(map, u, named) {
-  const {origin, destination, laser, devices, hover} = map;
+  const {origin, destination, laser, devices, hovers} = map;
   const linked = devices.map(({at}) => at);
   const mark = (places, symbol, r, role, edge = {}) =>
     Plot.dot(places.filter(Boolean), {...POINT, symbol, r: r * u, fill: colour(role), ...edge});
@@ -141,7 +157,7 @@ function spots(map, u, named) {
     mark([laser], "triangle", 7, "laser"),
     mark(linked, "circle", 5, "hover"),
     mark(linked, "circle", 10, "hover", {...ring, fill: "none"}),
-    mark([hover], "circle", 6.5, "hover", edge),
+    mark(hovers.map(({at}) => at), "circle", 6.5, "hover", edge),
   ];
 }
 
@@ -160,17 +176,27 @@ function nameAt(picture, [x, y], lines, {gap = 10 * picture.u, order, ...look} =
 function nameStops(picture, map) {
   const {u} = picture;
   const px = ([x, y]) => [picture.x(x), picture.y(y)];
-  const {devices, hover, origin, destination, laser, buildings} = map;
+  const {devices, hovers, origin, destination, laser, buildings} = map;
   picture.avoid(dots((map.route ?? []).map(px)));
-  const small = [...devices, ...buildings].map(({at}) => at);
-  for (const at of [hover, ...small]) if (at) picture.keep(px(at), 5 * u);
+  const small = [...hovers, ...devices, ...buildings].map(({at}) => at);
+  for (const at of small) picture.keep(px(at), 5 * u);
   for (const at of [origin, destination, laser]) if (at) picture.keep(px(at), 7 * u, 10 * u);
-  for (const stop of map.stops) nameStop(picture, placeOf(map, stop.at), stop);
+  const served = several(map) ? devices.map(({place}) => place) : []; // Their stays stand at the devices
+  for (const stop of map.stops) {
+    if (!served.includes(stop.at)) nameStop(picture, placeOf(map, stop.at), stop);
+  }
   for (const end of ["laser", "origin", "destination"]) {
     if (map[end]) nameAt(picture, map[end], [end], {order: BELOW, gap: 13 * u});
   }
-  for (const {name, at} of devices) nameAt(picture, at, [name], {gap: 15 * u, order: ABOVE});
-  if (hover && map.stops.every(({at}) => at !== "hover")) nameAt(picture, hover, ["hover point"]);
+  for (const {name, place, at} of devices) {
+    const timed = served.length > 0 && served.length <= MOST_TIMED;
+    const stays = map.stops.filter((stop) => timed && stop.at === place && stop.duration_s >= LEAST_S);
+    const lines = [short(name), ...stays.map(({duration_s}) => `hover ${duration_s.toFixed(1)} s`)];
+    nameAt(picture, at, lines, {gap: 15 * u, order: ABOVE});
+  }
+  for (const {name, at} of served.length ? [] : hovers) {
+    if (map.stops.every((stop) => stop.at !== name)) nameAt(picture, at, ["hover point"]);
+  }
 }
 
 function nameStop(picture, point, {kind, at, duration_s}) {

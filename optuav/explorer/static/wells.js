@@ -96,7 +96,8 @@ function drawPhases(picture, phases, strip) {
     const box = {x: left + 0.5, y: TOP_PX, width: Math.max(1, across - 1), height: strip};
     const bar = shape(parent, "rect", {...box, fill: colour(kind)});
     shape(bar, "title", {}, `${kind} ${at}, ${(end_s - start_s).toFixed(1)} s`);
-    const choices = kind === "flight" ? [] : [kind === "rest" ? `rest at ${at}` : kind, kind];
+    const longer = at === kind ? [] : [`${kind} at ${at}`, ...(kind === "hover" ? [at] : [])];
+    const choices = kind === "flight" ? [] : [...longer, kind];
     const words = choices.find((choice) => wide(choice, size, 600) < across - 4);
     const middle = {x: left + across / 2, y: TOP_PX + strip / 2 + size * 0.36, anchor: "middle"};
     if (words) picture.write({...middle, parent, words, ...ON_FILL});

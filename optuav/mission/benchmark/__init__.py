@@ -43,7 +43,8 @@ class Recipe:
         made = extended.replace(values | dict.fromkeys(self.without))
         if self.town is None:
             return made
-        kept_m = [made.route.origin_m, made.route.destination_m, made.device_m]
+        kept_m = [made.route.origin_m, made.route.destination_m]
+        kept_m += [device.position_m for device in made.served]
         kept_m += [made.laser.position_m] if made.laser else []
         return made.with_buildings(town(kept_m, **self.town))
 

@@ -1,0 +1,133 @@
+"""Pictures of several devices: each has its disc, name and hover, and none hides another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from PIL import Image
+
+import optuav
+from optuav import plots
+from optuav.plots.animation import frames
+from optuav.plots.style import GREEN
+from tests.several_devices import EIGHT, THREE, plan_over_eight, plan_over_three
+
+Overlaps = Callable[[Figure], list[tuple[str, str]]]
+CASES = [
+    pytest.param(plan_over_three, THREE, id="three"),
+    pytest.param(plan_over_eight, EIGHT, id="eight"),
+]
+
+
+@pytest.mark.parametrize(("make", "devices"), CASES)
+@pytest.mark.parametrize("planned", [True, False])
+def test_the_map_has_every_device_with_its_disc_and_name(
+    make: Callable[[], optuav.Plan],
+    devices: dict[str, tuple[int, int, int]],
+    planned: bool,
+    overlaps: Overlaps,
+) -> None:
+    """Discs lie around the devices, of one radius as all hover at 50 m; one entry names them."""
+    plan = make()
+    axes = plots.mission_map(plan if planned else plan.mission)
+    figure = axes.plan.figure
+    assert isinstance(figure, Figure)
+    discs = [each for each in axes.plan.get_children() if isinstance(each, Circle)]
+    assert [disc.center for disc in discs] == [at_m[:2] for at_m in devices.values()]
+    assert len({round(disc.radius, 9) for disc in discs}) == 1
+    written = [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
+    assert {*devices} <= {*written}
+    legend = [ax.get_legend() for ax in figure.axes if ax.get_legend()]
+    entries = [text.get_text() for text in legend[0].get_texts()]
+    assert entries.count("coverage at the hover altitude") == 1
+    assert overlaps(figure) == []
+
+
+def test_a_line_joins_each_device_to_the_point_where_it_is_served() -> None:
+    """By the check numbers of w_U, and by no line in a mission with one device."""
+    points_m = {"west": (496.2356, 2110.3833), "north": (1000, 2501.0152)}
+    points_m["east"] = (1582.3933, 1915.0727)
+
+    def joined(subject: optuav.Plan) -> list[Any]:
+        drawn = plots.mission_map(subject).plan.collections
+        lines = [each for each in drawn if isinstance(each, LineCollection)]
+        green = [each for each in lines if GREEN in map(_hex, each.get_colors())]
+        return [line for each in green for line in each.get_segments()]
+
+    lines = joined(plan_over_three())
+    assert len(lines) == len(THREE)
+    for (device_m, hover_m), name in zip(lines, THREE, strict=True):
+        assert tuple(device_m) == THREE[name][:2]
+        assert tuple(hover_m) == pytest.approx(points_m[name], abs=1e-4)
+    assert joined(optuav.solve("paper", "P3")) == []
+
+
+def _hex(colour: Any) -> str:
+    return to_hex(colour).upper()
+
+
+def test_the_hovers_stand_at_their_devices_where_there_are_few() -> None:
+    """A third of Δ over each, from when its leg ends; of eight devices only their names."""
+    plan = plan_over_three()
+    labels = [text.get_text() for text in plots.mission_map(plan).plan.texts]
+    third_s = 647.331326 / 3
+    for stop in (stop for stop in plan.stops if stop.kind == "hover"):
+        words = f"{stop.at}\nhover {third_s:.1f} s\nfrom {stop.start_s:.1f} s"
+        assert words in labels
+    of_eight = [text.get_text() for text in plots.mission_map(plan_over_eight()).plan.texts]
+    assert {*EIGHT} <= {*of_eight}
+
+
+@pytest.mark.parametrize("picture", ["wells", "profile"])
+def test_every_hover_has_a_band_that_names_its_device(picture: str, overlaps: Overlaps) -> None:
+    plan = plan_over_three()
+    axes = plots.wells(plan)[0] if picture == "wells" else plots.profile(plan).altitude
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    words = [text.get_text() for text in axes.texts]
+    for name in THREE:
+        assert f"hover, {name}" in words or name in words
+    assert overlaps(figure) == []
+
+
+def test_narrow_bands_of_eight_hovers_are_not_named_on_each_other(overlaps: Overlaps) -> None:
+    figure = plots.wells(plan_over_eight())[0].figure
+    assert isinstance(figure, Figure)
+    assert overlaps(figure) == []
+
+
+def test_the_animation_tells_over_which_device_the_drone_hovers() -> None:
+    """The frame in a hover over one device differs from that over the next by its title too."""
+    replayed = optuav.replay(plan_over_three())
+    hovers = [phase for phase in replayed.phases if phase.kind == "hover"]
+    moments_s = [phase.start_s + 1.0 for phase in hovers]
+    images = [*frames(replayed, moments_s)][: len(hovers)]
+    heads = [image.crop((0, 0, image.width // 2, 30)) for image in images]
+    inks = [(np.asarray(head.convert("L")) < 128).sum() for head in heads]
+    assert min(inks) > 0
+    assert len({head.tobytes() for head in heads}) == len(hovers)
+    assert all(isinstance(image, Image.Image) for image in images)
+
+
+def test_one_picture_has_plans_over_the_same_devices_only() -> None:
+    plan = plan_over_three()
+    moved = plan.mission.replace({"devices.west.position_m": [420, 2600, 0]})
+    other = optuav.solve(moved, "P3")
+    plots.trajectories({"best": plan, "direct": optuav.solve(plan.mission, "P3")})
+    with pytest.raises(optuav.InputError, match="have the same places"):
+        plots.trajectories({"best": plan, "moved": other})
+
+
+def test_a_hover_map_names_the_devices_and_the_one_that_moves() -> None:
+    mission = plan_over_three().mission
+    found = optuav.maps.device(mission, 500, device="west", bounds=(0, 2000, 500, 3000))
+    ax = plots.hover_map(mission, found)
+    assert "device west anywhere at z = 0 m" in ax.get_title(loc="left")
+    assert [text.get_text() for text in ax.texts if text.get_text() in THREE] == ["west"]
