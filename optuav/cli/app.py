@@ -44,6 +44,12 @@ def _stand_in(
 @cache
 def program(name: str | None = None) -> Any:
     """One command with its options; or the list of all commands, each with its first line."""
+    settings: dict[str, Any] = {
+        "help_option_names": ["-h", "--help"],
+        # An option --help that is given or not, never None, needs no pydantic to read it.
+        "default_map": {"help": False},
+        "max_content_width": WIDEST_COLUMNS,
+    }
     app = typer.Typer(
         help="Optimise missions of laser-charged drones, with proof, and check their plans.",
         epilog="Exit codes: 0 success, 1 there is no feasible plan or an audited plan cannot be "
@@ -52,12 +58,7 @@ def program(name: str | None = None) -> Any:
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
-        # An option --help that is given or not, never None, needs no pydantic to read it.
-        context_settings={
-            "help_option_names": ["-h", "--help"],
-            "default_map": {"help": False},
-            "max_content_width": WIDEST_COLUMNS,
-        },
+        context_settings=settings,
     )
     if name is None:
         app.callback()(_stand_in)
@@ -66,7 +67,7 @@ def program(name: str | None = None) -> Any:
         function = getattr(module, command.replace("-", "_") + "_" * iskeyword(command))
         line, *_ = str(function.__doc__).splitlines()
         run = _stand_in if name is None else command_of(command, function)
-        app.command(command, short_help=line)(run)
+        app.command(command, short_help=line, context_settings=settings)(run)
     return typer.main.get_command(app)
 
 
