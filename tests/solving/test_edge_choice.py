@@ -59,6 +59,18 @@ def test_against_a_programme_per_route(seed: int) -> None:
         assert known[choice.plan.route[1:-1]] == pytest.approx(best_s, abs=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_reserve_at_landings_from_a_charge_at_the_start(seed: int) -> None:
+    """As the closed form finds it on all routes; hovering draws, or charges over some devices."""
+    hover = (25.0, 280.0) if seed % 2 else (70.0, 1000.0)
+    town = random_town(90 + seed, 2, 2, always=True, hover=hover, deadline_s=700.0)
+    mission = town.mission().replace({"start.soc": 0.25, "battery.capacity_As": 30_000.0})
+    best, choice = optuav.solve(mission, perspective="battery"), along_edges(mission)
+    assert choice.plan.status is best.status
+    if best:
+        assert choice.plan.hover_time_s == pytest.approx(best.hover_time_s, abs=1e-6)
+
+
 def eight(count: int = 8) -> tuple[Town, Any]:
     """A town of eight devices, and its graph with legs that draw less or more."""
     town = random_town(7, count=count, roofs=3, deadline_s=2200.0, capacity_As=60_000.0)
