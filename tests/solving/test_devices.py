@@ -424,3 +424,35 @@ def test_batches_over_the_place_of_a_device() -> None:
         assert arrays["order_words"][arrays["order"][row, 1]] == "between"
     with pytest.raises(InputError, match="the mission has no device south"):
         optuav.batch_arrays(THREE, {"devices.south.position_m[0]": [1.0]})
+
+
+def test_longest_hovers_of_shares() -> None:
+    """The bracket's function takes the hovers over devices as shares, with its proof."""
+    from optuav.physics.kibam import Battery, Stage
+
+    town = random_town(5, 2, 2, hover=(70.0, 1000.0), laser_W=0.0)
+    flights = [Stage(-town.flight[0], time_s) for time_s in (20.0, 15.0, 12.0, 30.0)]
+    battery = Battery(town.capacity_As, town.fraction, town.rate_per_s)
+    limits = {"deadline_s": 2400.0, "min_soc": 0.1, "hover_current_A": 70.0}
+    steps = [flights[0], ("hover", 0.3), flights[1], "rest", flights[2], ("hover", 0.7), flights[3]]
+    found = optuav.longest_hovers(steps, battery=battery, rest_current_A=25.0, **limits)
+    assert found.proved
+    wells = battery.full
+    from tests.wells import after
+
+    hover_s, rest_s = float(found.hover_time_s), float(found.rest_time_s)
+    stays = {"rest": Stage(25.0, rest_s)}
+    flown = [
+        stays["rest"]
+        if step == "rest"
+        else step
+        if isinstance(step, Stage)
+        else Stage(-70.0, step[1] * hover_s)
+        for step in steps
+    ]
+    levels = [after(battery, wells, flown[:k]).available_As for k in range(1, len(flown) + 1)]
+    assert min(levels) == pytest.approx(0.0, abs=1e-4)
+    with pytest.raises(InputError, match="shares of the hover.* that add up to 1"):
+        optuav.longest_hovers(
+            [flights[0], ("hover", 0.3), ("hover", 0.6)], battery=battery, **limits
+        )
