@@ -176,7 +176,7 @@ def longest_hovers(
     alike = len(shares) in (0, hovers_s) and rests <= 1
     if not (whole and alike and rests + hovers_s == len(stays)):
         words = 'stages of flight, one "hover" and at most one "rest"'
-        words += "; or shares of the hover, as (\"hover\", 0.5), that add up to 1"
+        words += '; or shares of the hover, as ("hover", 0.5), that add up to 1'
         faults.append(Fault("steps", shown(stays)[:40], words))
     figures_given = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
     of_battery = {each.name: getattr(battery, each.name) for each in fields(Battery)}
