@@ -452,7 +452,7 @@ def test_longest_hovers_of_shares() -> None:
     ]
     levels = [after(battery, wells, flown[:k]).available_As for k in range(1, len(flown) + 1)]
     assert min(levels) == pytest.approx(0.0, abs=1e-4)
-    with pytest.raises(InputError, match="shares of the hover.* that add up to 1"):
+    with pytest.raises(InputError, match=r"shares of the hover.* that add up to 1"):
         optuav.longest_hovers(
             [flights[0], ("hover", 0.3), ("hover", 0.6)], battery=battery, **limits
         )
