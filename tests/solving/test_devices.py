@@ -458,3 +458,22 @@ def test_longest_hovers_of_shares() -> None:
         optuav.longest_hovers(
             [flights[0], ("hover", 0.3), ("hover", 0.6)], battery=battery, **limits
         )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_slots_against_all_pairs_of_slots(kind: str) -> None:
+    """The grid finds the best pair of whole slots of a route, by wells of the tests' own."""
+    rate_per_s, fraction = KINDS[kind]
+    town = random_town(50, 3, 2, rate_per_s=rate_per_s, fraction=fraction)
+    order, slot_s = ("d1", "d0", "d2"), 10.0
+    question = optuav.P4("b0", order="between", device_order=order)
+    plan = optuav.solve(town.mission(), question, slot_s=slot_s)
+    slots = slot_s * np.arange(1.0, town.deadline_s / slot_s)
+    hover_s, rest_s = np.meshgrid(slots, slots)
+    ways = (order[0], "b0", *order[1:]), (*order[:2], "b0", order[2])
+    best_s = max(
+        float(hover_s[town.slack(way, hover_s, rest_s) >= -1e-9].max(initial=0.0)) for way in ways
+    )
+    assert plan.hover_time_s == pytest.approx(best_s, abs=1e-6)
+    assert plan.hover_time_s > 0.0
+    assert optuav.audit(plan).flyable
