@@ -47,6 +47,8 @@ class Given(Quantities):
         if name not in others:
             own = [name for name in dir(type(self)) if not name.startswith("_")]
             hint = nearest(name, [*others, *own, *(quantity.name for quantity in QUANTITIES)])
+            if name == "hover_position_m" and self.covered:
+                hint = ": which of the several devices? Each hovers at a place of its own."
             if name.startswith("rest_") and not self.rests:
                 hint = " on a route without a rest: ask for it under 'if given.rests:'."
             words = "Name a number of the mission by its table and key, such as laser_power_W"

@@ -88,7 +88,7 @@ def _compares(
         for name, kind in monomial:
             rate_per_s = np.asarray(form.rates_per_s.get(name) or TINY, dtype=float)
             x = points[name]
-            product = product * (x if kind == "time" else levelled(rate_per_s, x))
+            product = product * (x if kind == "time" else levelled(rate_per_s, kind * x))
         if len(monomial) > 1:
             both.append(product)
         else:

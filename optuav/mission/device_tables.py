@@ -93,7 +93,8 @@ def _of_geojson(path: Path, names: Sequence[str]) -> Mapping[str, Iterable[objec
     from optuav.mission.maps import document_of, features
     from optuav.mission.table_files import must_be_in_metres
 
-    frame = features(document_of(path), path)
+    document = document_of(path)
+    frame = features(document, path)
     if names == ON_EARTH:
         frame = frame if frame.crs is None else frame.to_crs(4326)
     else:
@@ -101,9 +102,14 @@ def _of_geojson(path: Path, names: Sequence[str]) -> Mapping[str, Iterable[objec
     shapes = frame.geometry.to_numpy()
     known = [str(name) for name in frame.columns if name != frame.geometry.name]
     columns: dict[str, Any] = {x: frame[x].tolist() for x in (*names, SHARE) if x in known}
-    if not {*names[1:]} <= columns.keys():
-        if not ((shapely.get_type_id(shapes) == 0) & shapely.has_z(shapes)).all():
-            raise refusal(path, f"needs points with three coordinates, or {', '.join(names[1:])}")
-        at = shapely.get_coordinates(shapes, include_z=True)
-        columns |= dict(zip(names[1:], at.T.tolist(), strict=True))
-    return columns
+    if {*names[1:]} <= columns.keys():
+        return columns
+    # The shapes have lost their heights.
+    ends = [each["geometry"]["coordinates"][2:] for each in document.get("features", ())]
+    single = bool((shapely.get_type_id(shapes) == 0).all())
+    if not single or not (names[-1] in columns or all(len(end) == 1 for end in ends)):
+        words = f"{', '.join(names[1:])} beside shapes, or {names[-1]} beside points"
+        raise refusal(path, f"needs points with three coordinates, {words}")
+    x, y = shapely.get_coordinates(shapes).T.tolist()
+    heights = [end[0] for end in ends if end]
+    return {names[1]: x, names[2]: y, **({names[3]: heights} if heights else {}), **columns}

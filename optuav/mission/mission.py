@@ -210,6 +210,9 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
     @model_validator(mode="after")
     def _rules(self) -> Self:
         document = self._document()
+        if len(self.devices) == 1:  # Of a list it is taken apart before
+            words = "several devices; a single one is link.device_m and route.hover_m"
+            raise InputError([Fault("devices", "", words)])
         if breaches := list(islice(validation.rules(document), MOST_SHOWN)):
             raise InputError(StatedMission(document).faults(breaches))
         return self

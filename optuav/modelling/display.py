@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, encodable, shown
 from optuav.modelling.declaration import Declaration
-from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
+from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel, Share
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
 from optuav.modelling.writer import LINE, MARKED, Latex, Text
@@ -126,7 +126,9 @@ def sections(model: Declaration, writer: Text) -> Iterator[Section]:
 def parameters(model: Declaration, writer: Text) -> list[tuple[str, str, str, str, str]]:
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
-    for parameter in model.parameters.values():
+    # Shares are listed too, though nobody may change one of them alone.
+    listed = (each for each in model.given.values() if each.varies or isinstance(each, Share))
+    for parameter in listed:
         pattern = getattr(parameter.symbol, "pattern", parameter.symbol)
         alike.setdefault((pattern, parameter.unit, parameter.key), []).append(parameter)
     groups = []

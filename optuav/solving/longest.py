@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from formulations.parameters import QUANTITIES, Landing, Quantities
+from formulations.parameters import QUANTITIES, Hover, Landing, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats, plain
 from optuav.engines.bracket import bracket_largest, rows_and_tops, shortest
@@ -17,6 +18,7 @@ from optuav.engines.rows import Rows, StatedForm
 from optuav.errors import Fault, refuse, shown
 from optuav.fields import Range
 from optuav.mission.messages import unlisted
+from optuav.mission.validation import WHOLE_SHARE
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.options import KEEP_SOC, KeepSoc
 from optuav.physics.kibam import Battery, Stage, falls_throughout
@@ -27,6 +29,7 @@ from optuav.status import SAME_S
 ITINERARIES_AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
 CURRENT, DURATION = Range("A", ge=-1e6, le=1e6), Range("s", ge=0, le=1e7)
+SHARE = Range("-", gt=0, le=1)
 FLYING = Range("A", ge=-1e6, le=0, note="; in flight nothing charges")
 RANGES = {
     "deadline_s": DURATION,
@@ -71,7 +74,7 @@ class Hovers(NamedTuple):
 
 
 def longest_hovers(
-    steps: Sequence[Stage | Literal["hover", "rest"]],
+    steps: Sequence[Stage | Literal["hover", "rest"] | tuple[Literal["hover"], float]],
     *,
     battery: Battery,
     deadline_s: npt.ArrayLike,
@@ -93,7 +96,8 @@ def longest_hovers(
     steps
         What happens on the way, in order: an `optuav.physics.kibam.Stage` for each stage of flight
         (current [A], −1e6 to 0, as in flight nothing charges, and duration [s], 0 to 1e7),
-        ``"hover"`` once, and ``"rest"`` at most once.
+        ``"hover"`` once, and ``"rest"`` at most once. Several hovers, as over several devices, are
+        ``("hover", share)`` with shares of Δ, each > 0, that add up to 1.
     battery
         All packs together, an `optuav.physics.kibam.Battery` with B [A s], 1e-3 to 1e12, ω [-],
         1e-6 to 0.999999, and k_F [1/s], 0 to 1e3.
@@ -155,20 +159,28 @@ def longest_hovers(
         shapes.setdefault(figure.shape, name)
         return figure.ravel()
 
-    on_the_way = list[Stage | str]()
+    on_the_way, shares = list[Stage | str](), list[float]()
     for number, step in enumerate(steps, start=1):
         if isinstance(step, Stage):
             current_A = read(f"steps: current of step {number}", step.current_A, FLYING)
             duration_s = read(f"steps: duration of step {number}", step.duration_s, DURATION)
             on_the_way.append(Stage(current_A, duration_s))
+        elif isinstance(step, tuple) and len(step) == 2 and step[0] == "hover":
+            shares.append(read(f"steps: share of step {number}", step[1], SHARE))
+            on_the_way.append("hover")
         else:
-            on_the_way.append(step)
+            on_the_way.append(step if isinstance(step, str) else shown(step))
     stays = [step for step in on_the_way if not isinstance(step, Stage)]
-    if stays not in (["hover"], ["hover", "rest"], ["rest", "hover"]):
+    rests, hovers_s = stays.count("rest"), stays.count("hover")
+    whole = abs(sum(shares) - 1.0) <= WHOLE_SHARE if shares else hovers_s == 1
+    alike = len(shares) in (0, hovers_s) and rests <= 1
+    if not (whole and alike and rests + hovers_s == len(stays)):
         words = 'stages of flight, one "hover" and at most one "rest"'
+        words += '; or shares of the hover, as ("hover", 0.5), that add up to 1'
         faults.append(Fault("steps", shown(stays)[:40], words))
     figures_given = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
-    figures_given |= {"deadline_s": deadline_s, "min_soc": min_soc, **vars(battery)}
+    of_battery = {each.name: getattr(battery, each.name) for each in fields(Battery)}
+    figures_given |= {"deadline_s": deadline_s, "min_soc": min_soc, **of_battery}
     figures = {name: read(name, value, RANGES[name]) for name, value in figures_given.items()}
     if len(shapes) > 1:
         words = ", ".join(f"{shape} of {name}" for shape, name in shapes.items())
@@ -183,8 +195,13 @@ def longest_hovers(
     }
     figures = {q.name: None if q.default is None else np.nan for q in QUANTITIES} | figures
     landings = tuple(_landings(on_the_way)) if keep_soc == "always" else ()
+    drawn_A = figures["hover_current_A"]
     values = Quantities(
-        **figures, rests="rest" in stays, steps=tuple(on_the_way), landings=landings
+        **figures,
+        rests="rest" in stays,
+        steps=tuple(on_the_way),
+        landings=landings,
+        hovers=tuple(Hover(share, drawn_A, math.nan) for share in shares),
     )
     shape = next(iter(shapes), ())
     hovers = longest(values, math.prod(shape), shortest_rest=shortest_rest)

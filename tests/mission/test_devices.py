@@ -1,0 +1,125 @@
+"""Several devices in a mission: their list, their tables, and everything that is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import optuav
+from optuav.errors import InputError
+
+PAPER = optuav.load("paper")
+COLUMNS = {"name": ["a", "b"], "x_m": [400.0, 1000.0], "y_m": [2600.0, 3000.0], "z_m": [0.0, 2.0]}
+TWO = PAPER.with_devices(COLUMNS)
+
+
+def faults(values: dict[str, object], mission: optuav.Mission = PAPER) -> dict[str, str]:
+    """Allowed values by key of all faults of a change."""
+    with pytest.raises(InputError) as caught:
+        mission.replace(values)
+    return {fault.key: fault.allowed for fault in caught.value.faults}
+
+
+def device(name: str, **more: object) -> dict[str, object]:
+    return {"name": name, "position_m": [0, 2000, 0], **more}
+
+
+def test_devices_replace_the_keys_of_one_and_the_other_way_round() -> None:
+    assert TWO.link.device_m is None
+    assert [(each.name, each.share) for each in TWO.served] == [("a", 0.5), ("b", 0.5)]
+    assert TWO.replace({"link.device_m": [1000, 3000, 0]}) == PAPER
+    stated = PAPER.replace({"route.hover_m": [1000, 2600, 60]})
+    assert stated.replace({"devices": TWO.to_dict()["devices"]}) == TWO
+    assert "link.device_m" in faults({"route.hover_m": [1000, 2600, 60]}, TWO)
+    moved = TWO.replace({"devices.b.position_m": [1000, 2900, 0], "devices[0].share": None})
+    assert moved.devices[1].position_m == (1000.0, 2900.0, 0.0)
+    left = TWO.replace({"devices.a": None})
+    assert left == PAPER.replace({"link.device_m": [1000, 3000, 2]})
+
+
+def test_every_fault_of_a_list_is_told_at_once() -> None:
+    listed = [
+        device("a", share=0.5),
+        device("a", share=2),
+        device("b3", share=0.5, shre=1),
+        device("hover", share=0.5, hover_m=[1, 2]),
+        {"position_m": [0, 0, 0]},
+    ]
+    told = faults({"devices": listed, "link.device_m": [0, 0, 0]})
+    assert told["link.device_m"].startswith("not beside [[devices]]")
+    assert told["devices[1].share"] == "a number, 0 < x <= 1 [-]"
+    assert told["devices[1].name"] == "a name of its own; devices[0] has this one"
+    assert told["devices.b3.name"] == "a name that no building has"
+    assert told["devices.b3.shre"] == "unknown key; did you mean 'share'?"
+    assert told["devices.hover.name"] == "a name other than origin, hover, destination"
+    assert told["devices.hover.hover_m"].startswith("three numbers")
+    assert told["devices[4].name"].startswith("is missing")
+    assert told["devices[4].share"].startswith("is missing")
+    words = "1 to 100 tables [[devices]] with name, position_m"
+    assert faults({"devices": []}) == {"devices": words}
+    many = [device(f"d{k}") for k in range(101)]
+    assert faults({"devices": many}) == {"devices": words}
+    uneven = [device("a", share=0.5), device("b", share=0.5 - 2e-9)]
+    assert faults({"devices": uneven})["devices"].startswith("shares that add up to 1")
+    assert PAPER.replace({"devices": [device("a", share=0.5), device("b", share=0.5 - 1e-10)]})
+
+
+def test_a_file_names_a_table_of_devices(tmp_path: Path) -> None:
+    """CSV and GeoJSON; beside a list, and with faults of rows, the file is refused."""
+    (tmp_path / "two.csv").write_text(
+        "# sensors\nname,x_m,y_m,z_m,share\na,400,2600,0,0.25\nb,1000,3000,2,0.75\n", "utf-8"
+    )
+    points = [
+        {
+            "type": "Feature",
+            "properties": {"name": name},
+            "geometry": {"type": "Point", "coordinates": [x, y, z]},
+        }
+        for name, x, y, z in zip(*COLUMNS.values(), strict=True)
+    ]
+    content = {"type": "FeatureCollection", "features": points}
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::25832"}}
+    (tmp_path / "two.geojson").write_text(json.dumps({**content, "crs": crs}), "utf-8")
+    file = tmp_path / "own.toml"
+
+    def load(named: str, more: str = "") -> optuav.Mission:
+        file.write_text(f'schema = 1\nextends = "paper"\n{named}\n{more}', "utf-8")
+        return optuav.load(file)
+
+    assert [each.share for each in load('devices_file = "two.csv"').devices] == [0.25, 0.75]
+    assert load('devices_file = "two.geojson"').devices == TWO.devices
+    beside = '[[devices]]\nname = "c"\nposition_m = [0, 0, 0]'
+    with pytest.raises(InputError, match=r"devices_file.*no \[\[devices\]\] beside it"):
+        load('devices_file = "two.csv"', beside)
+    (tmp_path / "two.csv").write_text("name,x_m,y_m,z_m\na,400,far,0\na,0,0,0\n", "utf-8")
+    with pytest.raises(InputError) as caught:
+        load('devices_file = "two.csv"')
+    assert {fault.key for fault in caught.value.faults} == {
+        "devices[0].position_m",
+        "devices[1].name",
+    }
+    with pytest.raises(InputError, match=r"none of the suffixes .csv, .geojson"):
+        load('devices_file = "two.gpkg"')
+
+
+def test_columns_are_judged() -> None:
+    with pytest.raises(InputError, match="x: unknown column"):
+        PAPER.with_devices({**COLUMNS, "x": [1, 2]})
+    with pytest.raises(InputError, match="z_m: is missing"):
+        PAPER.with_devices({name: COLUMNS[name] for name in ("name", "x_m", "y_m")})
+    with pytest.raises(InputError, match="of equal length"):
+        PAPER.with_devices({**COLUMNS, "name": ["a"]})
+
+
+def test_a_mission_of_devices_survives_its_file_and_its_template(tmp_path: Path) -> None:
+    from optuav.mission.template import template
+
+    assert optuav.load(TWO.save(tmp_path / "two.toml")).devices == TWO.devices
+    (tmp_path / "new.toml").write_text(template(TWO, "new"), "utf-8")
+    again = optuav.load(tmp_path / "new.toml")
+    assert again.replace({"name": "paper", "description": PAPER.description}) == TWO
+    assert optuav.Mission.from_dict(TWO.to_dict()) == TWO
+    assert "Devices" in TWO.summary()
+    assert hash(TWO) != hash(PAPER) or TWO != PAPER
