@@ -99,11 +99,17 @@ def replanning() -> None:
     assert None not in (first["a"], first["b"], first["g_As"])
 
 
-def one_device() -> None:
-    """A mission has one place to serve; a fleet may cover more than one."""
-    assert [key for key in table_keys("link") if "device" in key] == ["device_m"]
-    with pytest.raises(optuav.InputError):
-        optuav.load("paper").replace({"link.device_m": [[0, 0, 0], [9, 9, 0]]})
+def several_devices() -> None:
+    """A list of devices is served in one mission; what runs without end serves one place."""
+    plan = optuav.solve("three-sensors")
+    assert [*plan.hovers.values()] == pytest.approx([plan.hover_time_s / 3] * 3)
+    assert plan.rest_time_s > 0.0
+    for service in (optuav.coverage, optuav.size_fleet, optuav.return_by):
+        with pytest.raises(optuav.InputError, match="must be one device"):
+            service("three-sensors")
+    turns = {"battery.packs": 2, "battery.schedule": "sequential"}
+    with pytest.raises(optuav.InputError, match="must be pooled"):
+        optuav.solve(plan.mission.replace(turns))
     cycle = optuav.coverage("matrice350", perspective="battery")
     assert cycle.fleet(share=2.0).drones > cycle.fleet().drones
 
@@ -136,7 +142,7 @@ CHECKS: dict[str, Callable[[], None] | None] = {
     "Can I use my own drone?": None,
     "Can a leg fly over or around a building?": buildings,
     "Can the plan change during the flight?": replanning,
-    "Can one drone serve several devices?": one_device,
+    "Can one drone serve several devices?": several_devices,
     "Does it know wind and gusts?": steady_wind,
     "Which unit does a number have?": None,
     "Why do I see `?` instead of Δ?": None,

@@ -172,7 +172,8 @@ def leg(
     mission
         The mission, also by its name or path.
     start, end
-        Names of places: ``"origin"``, ``"hover"``, ``"destination"`` or a building's.
+        Names of places: ``"origin"``, ``"hover"`` or one of several devices, ``"destination"`` or
+        a building's.
     figure
         Where to draw; on a page of its own by default.
 

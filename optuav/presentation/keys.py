@@ -19,13 +19,18 @@ SPELLED = {
 }
 """Abbreviations in keys, and the words for them."""
 AXES = "xyz"
+OF_DEVICE = {"position_m": "device {}", "hover_m": "hover point of {}"}
+"""Words for a place of one of several devices."""
 SUPERSCRIPTS = str.maketrans("23", "²³")
 
 
 def words_of(key: str, unit: str) -> str:
     """A dotted key as words, such as ``battery capacity`` of ``battery.capacity_As``."""
     table, _, name = key.partition(".")
-    name, _, axis = name.partition("[")
+    name, _, axis = name.rpartition("[") if name.endswith("]") else (name, "", "")
+    if table == "devices":
+        device, _, place = name.rpartition(".")
+        return f"{OF_DEVICE[place].format(device)} {AXES[int(axis[0])]}"
     parts = name.split("_")
     ends = (re.sub(r"\W", "", unit), "per" + re.sub(r"\W", "", unit.removeprefix("1/")))
     for count in range(len(parts) - 1, 0, -1):  # Without its unit

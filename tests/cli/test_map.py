@@ -14,6 +14,7 @@ pytest.importorskip("xarray")
 import optuav
 import optuav.maps
 from tests.cli.run import refused, run, widest
+from tests.several_devices import three
 
 BOUNDS = ("--step", "500", "--bounds", "-500,2500,2500,3500")
 
@@ -158,3 +159,18 @@ def test_faults_of_all_options_are_said_at_once() -> None:
         "min_soc",
     ):
         assert said.count(words) == 1
+
+
+def test_one_of_several_devices_is_named(tmp_path: Path) -> None:
+    """The map is that of Python, and several devices without a name are refused in words."""
+    three().save(file := tmp_path / "three.toml")
+    options = ("--step", "300", "--bounds", "300,2400,600,2700", "--json")
+    said = run("map", f"{file}", "--over", "device", "--device", "west", *options)
+    found = json.loads(said.out)
+    expected = optuav.maps.device(three(), 300, device="west", bounds=(300, 2400, 600, 2700))
+    assert found["over"] == "devices.west.position_m"
+    assert found["hover_time_s"] == expected.values.tolist()
+    words = refused("map", f"{file}", "--over", "device", *options)
+    assert "device: is missing; the mission has several devices: one of west, north, east" in words
+    words = refused("map", f"{file}", "--over", "laser", "--device", "west", *options)
+    assert "--device = 'west': goes with maps of a device or of its hover point" in words

@@ -20,6 +20,7 @@ from optuav import InputError, NoPlanError, Plan
 from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, available_by_integration, feasible, plans
+from tests.several_devices import plan_over_three
 
 FIGURES = (
     "hover_time_s",
@@ -316,3 +317,19 @@ def test_an_answer_shows_no_rounding_that_its_slacks_keep() -> None:
     (row,) = [line.split("  ") for line in str(answer).splitlines() if line.startswith("P3.a")]
     assert [cell.strip() for cell in row if cell][1] == "0"
     assert answer.slacks["P3.a state of charge"][0] != 0.0
+
+
+def test_tables_name_the_device_of_each_hover() -> None:
+    """The plan's has a row per hover, a third of Δ each; the trace has all moments between."""
+    pytest.importorskip("pandas")
+    plan = plan_over_three()
+    rows = plan.to_frame()
+    hovers = rows[rows.kind == "hover"]
+    assert [*hovers.end_place] == ["east", "north", "west"]
+    assert [*hovers.duration_s] == pytest.approx([647.331326 / 3] * 3)
+    trace = optuav.replay(plan).to_frame()
+    trace = trace[trace.kind == "hover"]
+    for name, moments in trace.groupby("end_place"):
+        (row,) = hovers[hovers.end_place == name].itertuples()
+        assert moments.time_s.min() == pytest.approx(row.start_s)
+        assert moments.time_s.max() == pytest.approx(row.start_s + row.duration_s)

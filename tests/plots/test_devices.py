@@ -42,6 +42,8 @@ def test_the_map_has_every_device_with_its_disc_and_name(
     discs = [each for each in axes.plan.get_children() if isinstance(each, Circle)]
     assert [disc.center for disc in discs] == [at_m[:2] for at_m in devices.values()]
     assert len({round(disc.radius, 9) for disc in discs}) == 1
+    (signs,) = [line for line in axes.plan.lines if line.get_label() == "ground devices"]
+    assert signs.get_xydata().tolist() == [[*at_m[:2]] for at_m in devices.values()]
     written = [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
     assert {*devices} <= {*written}
     legend = [ax.get_legend() for ax in figure.axes if ax.get_legend()]

@@ -343,19 +343,3 @@ def test_an_animation_shows_a_point_that_has_no_name() -> None:
     figure = still(replayed)
     written = [text.get_text().partition("\n")[0] for text in figure.axes[0].texts]
     assert "(900, 2600, 60)" in written
-
-
-def test_every_device_and_hover_point_is_drawn() -> None:
-    """Two devices with their names, their coverage, and the stays of a plan over both."""
-    columns = {"name": ["west", "east"], "x_m": [700, 1300], "y_m": [2900] * 2, "z_m": [0] * 2}
-    mission = optuav.load("paper").with_devices(columns)
-    plan = optuav.solve(mission)
-    axes = plots.mission_map(plan).plan
-    (devices,) = [line for line in axes.lines if line.get_label() == "ground device"]
-    assert devices.get_xydata().tolist() == [[700.0, 2900.0], [1300.0, 2900.0]]
-    discs = [each for each in axes.patches if isinstance(each, Circle)]
-    assert [disc.center for disc in discs] == [(700.0, 2900.0), (1300.0, 2900.0)]
-    written = [text.get_text() for text in axes.texts]
-    assert {"device west", "device east"} <= {*written}
-    for stop in plan.stops:
-        assert any(words.startswith(f"{stop.at}\n{stop.kind} ") for words in written)

@@ -25,6 +25,8 @@ ALIKE = ("battery.flow_rate_per_min", "flight.charge_current_A")  # One rate, on
         ),
         ("link.device_m[1]", "m", "device y [m]"),
         ("route.hover_m[0]", "m", "hover point x [m]"),
+        ("devices.west.position_m[0]", "m", "device west x [m]"),
+        ("devices.well_1[2].a.hover_m[1]", "m", "hover point of well_1[2].a y [m]"),
         ("laser.attenuation_per_km", "1/km", "laser attenuation [1/km]"),
         ("rotor.resistance_ohm", "ohm", "rotor resistance [Ω]"),
         ("flight.hover_power_W", "W", "hover power [W]"),

@@ -21,6 +21,7 @@ from optuav.studies import scenarios as machine
 from optuav.studies.samples import Draws, independent, spreads, unstated
 from optuav.studies.sensitivity import Effect, Sensitivity
 from optuav.studies.uncertainty import Chances, FixedPlan, chances
+from tests.several_devices import three
 from tests.wells import SLOW
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
@@ -576,3 +577,14 @@ def test_a_key_that_the_mission_does_not_state_needs_a_range() -> None:
             optuav.sensitivity("paper", {"laser.visibility_km": form}, samples=8)
     with pytest.raises(optuav.InputError, match="only with flight"):
         optuav.sensitivity("paper", {"flight.tip_speed_m_s": {"low": 1, "high": 2}}, samples=8)
+
+
+def test_a_place_of_one_of_several_devices_is_a_key() -> None:
+    """Its ends are solved with the device there, and the others' keys are listed too."""
+    key = "devices.west.position_m[0]"
+    found = optuav.sensitivity(three(), {key: {"low": 300, "high": 500}}, samples=4)
+    rows = {row["key"]: row for row in found.to_frame().to_dict("records")}
+    for x, hover_s in ((300, rows[key]["hover_low_s"]), (500, rows[key]["hover_high_s"])):
+        moved = three().replace({"devices.west.position_m": [x, 2600, 0]})
+        assert hover_s == pytest.approx(optuav.solve(moved).hover_time_s)
+    assert {"devices.north.position_m[1]", "devices.east.position_m[0]"} <= rows.keys()

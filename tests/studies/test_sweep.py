@@ -31,6 +31,7 @@ from optuav.studies import scenarios as machine
 from optuav.studies.study import read_plan
 from optuav.studies.sweep import SweepParts, _sealed
 from tests.examples import few
+from tests.several_devices import three
 
 GRID = """
 perspective = ["battery", "available"]
@@ -128,6 +129,20 @@ def test_a_mission_of_the_benchmark_set_goes_by_its_name(tmp_path: Path) -> None
     found = swept(tmp_path, 'mission = "set/reserve-30"\n[grid]\nlimits.deadline_s = [1200]\n')
     known = answers()["set/reserve-30", "P1", "available"].hover_s
     assert found.hover_time_s.values.ravel() == pytest.approx([known], abs=1e-5)
+
+
+def test_a_place_of_one_of_several_devices_varies(tmp_path: Path) -> None:
+    """A column has the name of its key, and each scenario is solved as if it were stated."""
+    three().save(tmp_path / "three.toml")
+    key, x = "devices.west.position_m[0]", [300.0, 500.0]
+    text = f'mission = "three.toml"\noutput = "study"\n[grid]\n"{key}" = {x}\n'
+    file = tmp_path / "study.toml"
+    file.write_text(text)
+    found = optuav.open_sweep(optuav.sweep(file).directory)
+    moved = (three().replace({"devices.west.position_m": [at, 2600, 0]}) for at in x)
+    expected = [optuav.solve(mission).hover_time_s for mission in moved]
+    assert found[key].values.tolist() == x
+    assert found.hover_time_s.values.tolist() == pytest.approx(expected)
 
 
 def test_the_files_speak_for_themselves(tmp_path: Path) -> None:
