@@ -30,9 +30,9 @@ optuav.plots.mission_map(mission)
 # ## Three devices
 #
 # The mission `three-sensors` has the drone and the laser of `relay-today`, and three devices in
-# place of one. Each device has a hover point of its own, at the edge of its coverage. The hover
-# time Δ is divided among the devices in stated shares, here a third for each. So Δ stays the only
-# unknown of hovering: what makes it longer serves all three.
+# place of one. Each device has a hover point of its own, within its coverage. The hover time Δ is
+# divided among the devices in stated shares, here a third for each. So Δ stays the only unknown of
+# hovering: what makes it longer serves all three.
 #
 # **Before you run:** the mission has 12 roofs. How many routes have one rest? In which of them
 # would you look first?
@@ -73,8 +73,8 @@ by_order.round(2)
 #
 # ## Where to rest, if only charge counts
 #
-# The perspective `battery` counts charge, and not where it is. Let the reserve count at the end
-# only, as in the paper. With the legs' time T and charge Q, the mean current I of the hovers and
+# The perspective `battery` counts the total charge, and ignores the wells. Let the reserve count at
+# the end only, as in the paper. With the legs' time T and charge Q, the mean current I of the hovers and
 # the current g of the rest, the deadline and the charge give
 #
 # $$ \Delta = \frac{F - Q + g\,(T_{\max} - T)}{I + g}, $$
@@ -121,7 +121,8 @@ by_place = pd.DataFrame(
 by_place.round(2)
 
 # %% [markdown]
-# The least cost has the longest hover. That is a theorem, and 288 routes need no solver:
+# The least cost gives the longest hover: a theorem. So no solver is needed. The formula gives the
+# hover of every route by a roof that the laser sees, if no building blocks a leg:
 
 # %%
 lit = [name for name, node in graph.nodes(data=True) if name[0] == "b" and node["laser_sight"]]
@@ -137,7 +138,7 @@ best_way, best_roof = max(flown, key=lambda item: hover_s(*item))
 pd.Series({"by hand": hover_s(best_way, best_roof), "by optuav": promised.hover_time_s})
 
 # %% [markdown]
-# Whoever counts charge only rests after the last hover, as the detour is cheapest there. The
+# By charge only, the drone rests after the last hover, because the detour is cheapest there. The
 # promises for the other places are nearly as good: the detours differ by some 300 A s of 42 336.
 #
 # ## Where to rest, if the battery must obey
@@ -168,12 +169,12 @@ by_rest = pd.DataFrame(
 by_rest.round(1)
 
 # %% [markdown]
-# - *Before the first hover*, the battery takes only the charge that the first leg drew, 538 A s to
+# - *Before the first hover* (`rest-first`), the battery takes only the charge that the first leg drew, 538 A s to
 #   b8. The detour costs twice as much, so the best plan has no rest.
-# - *After the last hover*, all hovers live on one charge. The rest can only restore the reserve: it
+# - *After the last hover* (`hover-first`), all hovers live on one charge. The rest can only restore the reserve: it
 #   gains some minutes if the reserve counts at the end, and nothing if it counts at landings.
-# - *Between* two hovers, the first ones have emptied the battery, and the last one uses what the
-#   rest puts in. Only here the whole rest is hover.
+# - *Between* two hovers, the first hovers have made room in the battery, and the last one uses the
+#   charge of the rest. Only here all charge of the rest becomes hover.
 
 # %%
 early = optuav.solve(mission, optuav.P1(order="rest-first"), perspective="battery")
