@@ -74,8 +74,8 @@ by_order.round(2)
 # ## Where to rest, if only charge counts
 #
 # The perspective `battery` counts the total charge, and ignores the wells. Let the reserve count at
-# the end only, as in the paper. With the legs' time T and charge Q, the mean current I of the hovers and
-# the current g of the rest, the deadline and the charge give
+# the end only, as in the paper. The legs take the time T and the charge Q, the hovers draw the mean
+# current I, and the rest charges with the current g. Then the deadline and the charge give
 #
 # $$ \Delta = \frac{F - Q + g\,(T_{\max} - T)}{I + g}, $$
 #
@@ -169,10 +169,11 @@ by_rest = pd.DataFrame(
 by_rest.round(1)
 
 # %% [markdown]
-# - *Before the first hover* (`rest-first`), the battery takes only the charge that the first leg drew, 538 A s to
-#   b8. The detour costs twice as much, so the best plan has no rest.
-# - *After the last hover* (`hover-first`), all hovers live on one charge. The rest can only restore the reserve: it
-#   gains some minutes if the reserve counts at the end, and nothing if it counts at landings.
+# - *Before the first hover* (`rest-first`), the battery takes only the charge that the first leg
+#   drew, 538 A s to b8. The detour costs twice as much, so the best plan has no rest.
+# - *After the last hover* (`hover-first`), all hovers live on one charge. The rest can only restore
+#   the reserve: it gains some minutes if the reserve counts at the end, and nothing if it counts at
+#   landings.
 # - *Between* two hovers, the first hovers have made room in the battery, and the last one uses the
 #   charge of the rest. Only here all charge of the rest becomes hover.
 
