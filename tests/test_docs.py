@@ -421,7 +421,7 @@ def test_pictures_are_those_that_the_script_draws(
 
 
 PICTURED = """
-audit batch beams benchmark-set calibration city coming-from coverage drone-of-today engines
+audit batch beams benchmark-set calibration city coming-from coverage devices drone-of-today engines
 event explore export extend faq first-plan formulations gallery glossary graph how-we-know index
 logs map-files maps missions model not-modelled options own-formulation packs paper power
 relay-today return robust sensitivity several-stops siting sweep teaching ways

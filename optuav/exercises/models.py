@@ -1,4 +1,4 @@
-"""Exercises of lessons 19 to 34 and A1: fits, legs, beams, towns, sites, speeds, fleets, joules."""
+"""Exercises of lessons 19 to 35 and A1: fits, legs, beams, towns, speeds, fleets, devices."""
 
 import itertools
 from collections.abc import Mapping
@@ -338,3 +338,25 @@ def _robust(task: Task, plan: Itinerary) -> Conditions:
     box = {"battery.capacity_As": {"percent": packs}, "body.mass_kg": {"percent": body}}
     best = optuav.robust(task.mission, box, optuav.P4("b10", order="hover-first"))
     yield from longest(plan, best.hover_s, 0.99)
+
+
+@explain("35.1", ITINERARY, "three-sensors")
+def _between(task: Task, plan: Itinerary) -> Conditions:
+    """The drone of `three-sensors` has {limits.deadline_s = 3300, 3320 .. 4200} s. A rest between
+    two hovers lengthens the longest hover by minutes, and one before the first hover by nothing.
+    Why? The witness is an itinerary that rests once, between two hovers, can be flown, and hovers
+    at least 99 % of the longest time, a third of it over each device. The hover points have the
+    names of the devices, as in `optuav.judge.Stop('market', 'hover', 600.0)`.
+
+    + At take-off the full battery takes no charge, and later the hovers have made room for it.
+    - The laser charges more on a roof that lies between two of the hover points.
+      compare the currents of the rests of two plans, one before the first hover and one between
+    - The way with a rest between two hovers takes less time and charge than the direct way.
+      compare the flight times of both plans
+    """
+    kinds = [stop.kind for stop in plan.stops]
+    between = kinds.count("rest") == 1 and kinds[0] == kinds[-1] == "hover"
+    words = "it must rest once, after the first hover and before the last"
+    yield Condition(between, "it has no rest between two hovers", words)
+    best_s = optuav.solve(task.mission, optuav.P1(order="between")).hover_time_s
+    yield from longest(plan, best_s, 0.99)

@@ -214,7 +214,7 @@ def test_a_wrong_witness_is_told_what_it_breaks(number: str, witness: Any, words
 
 
 def test_every_witness_that_explains_has_a_wrong_one() -> None:
-    assert {*WITNESSES} | {"18.1"} == {*EXPLAIN}
+    assert {*WITNESSES} | {"18.1", "35.1"} == {*EXPLAIN}
 
 
 def test_a_witness_may_be_rounded_too_far_or_in_another_unit() -> None:
@@ -874,6 +874,21 @@ def test_the_stops_of_a_plan_are_an_itinerary() -> None:
     plan = optuav.solve(task.mission, optuav.P1(stops=2))
     assert exercises.check("18.1", (worked("18.1", "ada")[0], plan.stops), "ada")
     assert optuav.audit(optuav.Itinerary(task.mission, plan.stops))  # type: ignore[arg-type]
+
+
+def test_a_rest_that_is_not_between_two_hovers_explains_nothing() -> None:
+    """Neither is a hover too short, nor the right witness with a wrong letter."""
+    letter, best = worked("35.1", "ada")
+    market, harbour, rest, school = best.stops
+    late = optuav.Itinerary(best.mission, (market, harbour, school, rest))
+    grade = exercises.check("35.1", (letter, late), "ada")
+    assert (bool(grade), grade.words) == (False, "it has no rest between two hovers")
+    short = [replace(stop, duration_s=0.9 * stop.duration_s) for stop in best.stops]
+    grade = exercises.check("35.1", (letter, optuav.Itinerary(best.mission, short)), "ada")
+    assert not grade
+    assert "of the longest time" in grade.words
+    wrong = "a" if letter != "a" else "b"
+    assert "the reason does not hold" in exercises.check("35.1", (wrong, best), "ada").words
 
 
 def test_a_model_without_an_objective_is_told_so() -> None:

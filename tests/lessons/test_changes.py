@@ -74,6 +74,7 @@ CHANGES = [
     ("28_how_far_does_a_laser_reach", "NEEDED_W = 150.0", "NEEDED_W = 1500.0"),
     ("29_how_fast_to_fly", "SHORT_S = 7200.0, 1500.0", "SHORT_S = 3000.0, 900.0"),
     ("30_over_the_houses", "HEIGHT_M = 200.0", "HEIGHT_M = 120.0"),
+    ("35_three_sensors_one_rest", "MISSIONS = 60", "MISSIONS = 5"),
 ]
 STOPS = [
     ("01_first_mission", PAPER, hurried(60)),
