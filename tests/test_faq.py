@@ -100,19 +100,16 @@ def replanning() -> None:
 
 
 def second_device() -> None:
-    """Each device gets its share; services for one device refuse two, and fleets may share."""
-    two = [
-        {"name": name, "position_m": [x_m, 2700, 0]}
-        for name, x_m in (("west", 600), ("east", 1400))
-    ]
-    mission = optuav.load("paper").replace({"devices": two})
-    plan = optuav.solve(mission)
-    assert plan.flyable
-    assert plan.hovers == pytest.approx(dict.fromkeys(("west", "east"), plan.hover_time_s / 2.0))
-    assert {*plan.hovers} == {device.name for device in mission.devices}
-    for refuses in (optuav.coverage, optuav.return_by, lambda one: optuav.robust(one, {})):
+    """A list of devices is served in one mission; what runs without end serves one place."""
+    plan = optuav.solve("three-sensors")
+    assert [*plan.hovers.values()] == pytest.approx([plan.hover_time_s / 3] * 3)
+    assert plan.rest_time_s > 0.0
+    for service in (optuav.coverage, optuav.size_fleet, optuav.return_by):
         with pytest.raises(optuav.InputError, match="must be one device"):
-            refuses(mission)
+            service("three-sensors")
+    turns = {"battery.packs": 2, "battery.schedule": "sequential"}
+    with pytest.raises(optuav.InputError, match="must be pooled"):
+        optuav.solve(plan.mission.replace(turns))
     cycle = optuav.coverage("matrice350", perspective="battery")
     assert cycle.fleet(share=2.0).drones > cycle.fleet().drones
 
