@@ -98,17 +98,17 @@ def _bounds(network: Network, question: Question, orders: Integers) -> Iterator[
         """Δ by charge at the end and the deadline."""
         flown_s, flown_As, flown_J = flown
         draws = np.where(flown_As > 0.0, flown_As, 1.0)
-        mean_V = np.where(flown_As > 0.0, flown_J / draws, table.nominal_voltage_V)
-        given = replace(
-            table,
-            flight_time_s=flown_s,
-            flight_charge_As=flown_As,
-            flight_energy_J=flown_J,
-            flight_voltage_V=mean_V,
-            rest_current_A=rest_A if rests else 0.0,
-            rest_received_W=rest_W if rests else 0.0,
-        )
         with np.errstate(invalid="ignore"):  # where there is no such leg
+            mean_V = np.where(flown_As > 0.0, flown_J / draws, table.nominal_voltage_V)
+            given = replace(
+                table,
+                flight_time_s=flown_s,
+                flight_charge_As=flown_As,
+                flight_energy_J=flown_J,
+                flight_voltage_V=mean_V,
+                rest_current_A=rest_A if rests else 0.0,
+                rest_received_W=rest_W if rests else 0.0,
+            )
             return longest_by_balance(Balance(*affine_charge(given, perspective), given.time_left))
 
     wanted = problem.building

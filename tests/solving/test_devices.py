@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -477,3 +478,16 @@ def test_slots_against_all_pairs_of_slots(kind: str) -> None:
     assert plan.hover_time_s == pytest.approx(best_s, abs=1e-6)
     assert plan.hover_time_s > 0.0
     assert optuav.audit(plan).flyable
+
+
+def test_many_routes_with_blocked_legs_are_compared_without_a_warning() -> None:
+    """Legs that no route may fly have no figures; numpy says nothing of them to users."""
+    at_m = np.random.default_rng(3).uniform((200, 2200), (1800, 2900), (6, 2))
+    names = [f"d{k}" for k in range(len(at_m))]
+    mission = PAPER.with_devices(
+        {"name": names, "x_m": at_m[:, 0], "y_m": at_m[:, 1], "z_m": [0] * len(at_m)}
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plan = optuav.solve(mission, perspective="energy")
+    assert sorted(plan.hovers) == names
