@@ -242,7 +242,7 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     >>> replayed.flyable
     False
     >>> print(replayed.violations[0])
-        660.26 s  the available well runs dry: -9425.68 at 764.59 s, at least 0 A s
+        660.26 s  the available well runs dry: −9425.68 at 764.59 s, at least 0 A s
     """
     if isinstance(plan, Replay):
         return plan

@@ -48,9 +48,11 @@ def formulate(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     problem
-        As for `optuav.solve`, with one rest and one hover at most.
+        ``"P1"``, ``"P2"``, ``"P3"``, or an instance such as `P4`, with one rest and one hover at
+        most.
     perspective, slot_s, engine, graph, time_limit_s
-        As for `optuav.solve`; the engine will solve the program.
+        How charge counts, length of slots [s] (None for continuous times), engine that will solve
+        the program, edited graph, and time limit of the engine [s]; `optuav.solve` explains them.
 
     Returns
     -------
