@@ -34,7 +34,7 @@ class P2(Formulation):
     '719.54 s of hover in 1200 s'
     >>> plan = optuav.solve("paper", optuav.P2(hover_time_s=700), perspective="battery")
     >>> f"{plan.hover_time_s:.2f} s of hover in {plan.mission_time_s:.0f} s"
-    '700.00 s of hover in 977 s'
+    '700.00 s of hover in 1009 s'
     """
 
     building: None = field(default=None, init=False, repr=False)
