@@ -188,7 +188,7 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
         "flight.flight_curent_A",
         "tied.flight.charge_power_W = 3: must be a list",
         "tied.flight.charge_current_A = 'wind.force_N': must be products of keys that are numbers",
-        "tied.flight.charge_current_A = 'flight.nope': products",
+        "tied.flight.charge_current_A = 'flight.nope': must be products",
         "resolution.flight_time = 1: must be 'flight_time_s', 'mission_time_s'",
         "hover_time_s = -5: must be a number, x >= 0",
         "laser = 3: must be true or false",

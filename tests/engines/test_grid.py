@@ -238,7 +238,7 @@ def test_of_what_the_next_slot_would_break_the_first_of_each_kind_is_named() -> 
     assert plan.hover_time_s == 0.0
     kinds = ("state of charge", "not dry after the hover")
     assert plan.binding == (*(f"P1.b {kind}" for kind in kinds), "P1.d hover time")
-    said = "Next slot would break P1.b state of charge; P1.b not dry after the hover; P1.d hover"
+    said = "Next slot would break state of charge; not dry after the hover; hover time"
     assert said in " ".join(plan.summary().split())
 
 
