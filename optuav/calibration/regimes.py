@@ -249,7 +249,7 @@ def _samples_of(log: FlightLog) -> tuple[Samples, tuple[str, ...]]:
 def _notes(log: FlightLog) -> Iterator[str]:
     """Sentences on the part of a log that is used."""
     yield from (f"{log.source}: {log.format}", *log.notes)
-    yield from log.shares(np.isin(log.phase, [*ORIGINS]), "are used")
+    yield from log.shares("are used")
 
 
 def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:

@@ -90,9 +90,9 @@ def fit_rotary_wing(
 
     def read_log(path: Path) -> tuple[csv.Measurements, tuple[str, ...]] | None:
         if log := flight_log_in(path, columns or {}):
-            points, used = measurements.steady(log)
+            points, log = measurements.steady(log)
             flown.append(log)
-            shares = [*log.shares(used, "are steady")]
+            shares = [*log.shares("are steady")]
             notes.extend((f"{log.source}: {log.format}", *log.notes, *shares))
             table, left_out = _checked(points, shares)
             return table, (*log.warnings, *left_out, OVER_GROUND)

@@ -109,6 +109,89 @@ def test_a_discharge_is_one_from_full_to_empty(tmp_path: Path) -> None:
         optuav.fit_kibam([*logs, short])
 
 
+CAPACITY_As, AVAILABLE, RATE_per_s = 9000.0, 0.6, 0.016
+LAG_s = (1.0 - AVAILABLE) / (AVAILABLE * RATE_per_s)
+BEFORE, AFTER = ((20.0, flights.REST_A, 0.0), (6.0, flights.GROUND_A, 1.0)), (
+    (5.0, flights.GROUND_A, 1.0),
+    (60.0, flights.REST_A, 0.0),
+)
+"""Span [s], current [A] and armed state on the ground, before take-off and after landing."""
+
+
+def until_empty(current_A: float) -> Flown:
+    """A hover until the available well is empty, between times on the ground.
+
+    With d the difference of the wells' heights, d' = I/ω - k' d and the upper height is
+    y - (1 - ω) d, y the charge left: J. F. Manwell, J. G. McGowan, Solar Energy, 1993.
+    """
+    rows, left_As, apart_As = list[tuple[float, ...]](), CAPACITY_As, 0.0
+    fades = np.exp(-RATE_per_s * flights.STEP_s)
+
+    def step(amps: float, armed: float, landed: float) -> bool:
+        nonlocal left_As, apart_As
+        rows.append((len(rows) * flights.STEP_s, amps, 0.0, 0.0, armed, landed))
+        left_As -= amps * flights.STEP_s
+        settled_As = amps / (AVAILABLE * RATE_per_s)
+        apart_As = settled_As + (apart_As - settled_As) * fades
+        return left_As > (1.0 - AVAILABLE) * apart_As
+
+    for span_s, amps, armed in BEFORE:
+        for _ in range(round(span_s / flights.STEP_s)):
+            step(amps, armed, 1.0)
+    while step(current_A, 1.0, 0.0):
+        pass
+    for span_s, amps, armed in AFTER:
+        for _ in range(round(span_s / flights.STEP_s)):
+            step(amps, armed, 1.0)
+    return Flown(*np.array(rows).T)
+
+
+def without_states(file: Path, log: Flown) -> Path:
+    """As AirData exports it: the current alone tells when the drone has landed."""
+    flights.airdata(file, log)
+    heads = ("isMotorOn", "a"), ("isOnGround", "b"), ("battery_percent", "c")
+    text = file.read_text()
+    for old, new in heads:
+        text = text.replace(old, new, 1)
+    file.write_text(text)
+    return file
+
+
+@pytest.mark.parametrize("write", [flights.dataflash, without_states])
+def test_a_log_that_goes_on_after_landing_gives_the_battery(tmp_path: Path, write: Writer) -> None:
+    """A battery that recovers on the ground is not taken for one that lasts longer.
+
+    Before the take-off it rests, and the rest does not come again in a lifetime that is fitted.
+    """
+    files = [write(tmp_path / f"{amps}.log", until_empty(amps)) for amps in (10.0, 20.0, 35.0, 60.0)]
+    found = optuav.fit_kibam(files)
+    values = {value.key: value.value for value in found.values}
+    assert values["battery.capacity_As"] == pytest.approx(CAPACITY_As, rel=0.005)
+    assert values["battery.available_fraction"] == pytest.approx(AVAILABLE, rel=0.02)
+    assert found.lag is not None
+    assert found.lag.value == pytest.approx(LAG_s, rel=0.02)
+    assert not found.warnings
+    (panel,) = found.panels
+    assert panel.fitted == pytest.approx(panel.observed, abs=0.5)
+    after_s = sum(span_s for span_s, *_ in AFTER)
+    words = [note for note in found.notes if f"{after_s:.1f} s after it are left out" in note]
+    assert len(words) == len(files)
+    for log in found.logs:
+        span_s = log.samples.time_s[-1] - log.samples.time_s[log.used][-1]
+        assert span_s == pytest.approx(after_s, abs=0.1)
+
+
+def test_a_gap_in_a_discharge_is_told(tmp_path: Path) -> None:
+    """The current that a logger lost is charge that the fit can only guess."""
+    files = list[Path]()
+    for amps in (10.0, 20.0, 35.0, 60.0):
+        log = until_empty(amps)
+        keep = (log.time_s < 49.9) | (log.time_s > 62.1) | (amps != 20.0)
+        files.append(flights.dataflash(tmp_path / f"{amps}.bin", Flown(*(c[keep] for c in log))))
+    (warning,) = optuav.fit_kibam(files).warnings
+    assert warning.startswith(f"{files[1]}: in gaps of 12.4 s in all the log has no current")
+
+
 def test_the_current_tells_the_ground_where_no_state_does(tmp_path: Path) -> None:
     """As in AirData's own exports: rotors that idle at 3 A of 20 A are no hover."""
     file = flights.airdata(tmp_path / "a.csv", flown())

@@ -45,6 +45,10 @@ class FlightLog:
         ``"rest"``, ``"hover"``, ``"flight"`` or ``"other"`` of every sample.
     reason
         Why a sample of the phase ``"other"`` is left out, else empty.
+    airborne
+        Whether the drone is in the air at a sample, as far as the log tells.
+    used
+        Whether the calibration uses a sample.
     packs
         Number of battery packs whose currents are added.
     notes, warnings
@@ -68,6 +72,8 @@ class FlightLog:
     samples: Columns
     phase: npt.NDArray[np.str_]
     reason: npt.NDArray[np.str_]
+    airborne: Booleans
+    used: Booleans
     packs: int = 1
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
@@ -79,9 +85,9 @@ class FlightLog:
         usual = float(np.median(np.diff(self.samples.time_s)))
         return np.where(spans > csv.WIDEST_STEP * usual / 2.0, usual, spans)
 
-    def shares(self, used: Booleans, words: str) -> Iterator[str]:
+    def shares(self, words: str) -> Iterator[str]:
         """Sentences on the share of the time that is used, and on the rest."""
-        step_s, total_s = self.step_s, float(np.sum(self.step_s))
+        used, step_s, total_s = self.used, self.step_s, float(np.sum(self.step_s))
         parts = [
             f"{np.sum(step_s[used & (self.phase == phase)]) / total_s:.0%} {phase}"
             for phase in (HOVER, FLIGHT, REST)
@@ -127,7 +133,7 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
         samples = samples._replace(current_A=-current_A)
         notes = [*notes, "the current is negative while discharging; its sign is turned"]
     samples = samples._replace(time_s=samples.time_s - samples.time_s[0])
-    phase, reason = _phases(samples)
+    phase, reason, airborne = _phases(samples)
     armed, landed = int(samples.armed[-1]), int(samples.landed[-1])
     if armed != 0 and (landed == 0 or (landed < 0 and armed == 1)):
         warned.append(IN_THE_AIR)
@@ -143,13 +149,13 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
             most = float(np.nanmax(np.abs(values)))
             warned += csv.unit_doubts(f"the largest {name}", most, name, name)
     return FlightLog(
-        *(source, format, samples, phase, reason, packs, heads),
+        *(source, format, samples, phase, reason, airborne, phase != OTHER, packs, heads),
         tuple(f"{source}: {words}" for words in warned),
     )
 
 
-def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_]]:
-    """What the drone does at each sample, and why a sample is left out."""
+def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_], Booleans]:
+    """What the drone does at each sample, why a sample is left out, and whether it is airborne."""
     time_s, current_A, _, speed_m_s, climb_m_s, _, armed, landed = samples
     climb = np.abs(np.nan_to_num(climb_m_s))
     usual_A = float(np.percentile(current_A[current_A > 0.0], USUAL))
@@ -174,7 +180,9 @@ def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_
     }
     reason = np.select([*cases.values()], [*cases], CLIMBS)
     taken = np.isin(reason, (REST, HOVER, FLIGHT))
-    return np.where(taken, reason, OTHER), np.where(taken, "", reason)
+    # Without states and speeds, a low current is no landing: the discharge may be of a bench.
+    stands = down & ((landed >= 0) | (speed_m_s < STILL_m_s))
+    return np.where(taken, reason, OTHER), np.where(taken, "", reason), ~off & ~stands
 
 
 def runs(chosen: Booleans) -> Iterator[npt.NDArray[np.intp]]:
