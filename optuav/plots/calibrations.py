@@ -170,10 +170,12 @@ def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> Flig
         "current [A]": log.samples.current_A,
     }
     for ax, (words, values) in zip(axes, series.items(), strict=True):
-        for phase, label in {"other": "left out", **dict.fromkeys(GROUPS)}.items():
-            if np.any(own := log.phase == phase):
-                colour = style.PALE if phase == "other" else GROUPS[phase]
-                ax.plot([], [], ".", color=colour, label=label or phase)
+        rows = {"left out": ~log.used}
+        rows |= {phase: log.used & (log.phase == phase) for phase in (*GROUPS, "other")}
+        for label, own in rows.items():
+            if np.any(own):
+                colour = {"left out": style.PALE, "other": style.SKY, **GROUPS}[label]
+                ax.plot([], [], ".", color=colour, label=label)
                 ax.plot(log.samples.time_s[own], values[own], ".", color=colour, markersize=2.5)
         ax.set_ylabel(words)
         style.group_thousands(ax)

@@ -14,7 +14,11 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import plots
 from optuav.calibration import Fit, Panel
+from optuav.calibration.logs import measurements
+from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import InputError
+from optuav.looks import PHASES
+from tests.calibration import flights
 
 DATA = Path(__file__).parents[2] / "examples" / "data"
 
@@ -105,6 +109,18 @@ def test_examples_have_no_text_on_text(
     figure = plots.fit(calibrate([DATA / name]))[0].values.get_figure(root=True)
     assert isinstance(figure, Figure)
     assert overlaps(figure) == []
+
+
+def test_samples_that_a_fit_leaves_out_are_grey(tmp_path: Path) -> None:
+    """Speeding up is flight, but not steady: no power over speed comes from it."""
+    log = flight_log_in(flights.airdata(tmp_path / "a.csv", flights.flown()), {})
+    assert log is not None
+    _, used = measurements.steady(log)
+    dots = [line for line in plots.flight_log(used).speed.lines if len(np.asarray(line.get_xdata()))]
+    speeds = {line.get_color(): np.asarray(line.get_ydata()) for line in dots}
+    assert speeds[PHASES["flight"]].min() > flights.CAP - 1.5
+    assert speeds[plots.style.PALE].max() > 0.5 * flights.CAP
+    assert PHASES["rest"] not in speeds
 
 
 def test_nothing_to_draw_is_told() -> None:
