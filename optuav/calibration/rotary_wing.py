@@ -104,7 +104,12 @@ def fit_rotary_wing(
     speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
     estimated = _estimate(speed, drawn_W)
     seen = "power", "W", drawn_W, drawn_W + estimated.residuals
-    panel = curve(*seen, speed, "air speed $V$ [m/s]")
+    coefficients = PowerCoefficients(*estimated.values.tolist())
+
+    def along(speed_m_s: Floats) -> Floats:
+        return np.asarray(power(coefficients, speed_m_s))
+
+    panel = curve(*seen, speed, "air speed $V$ [m/s]", along)
     of_columns = (words for table in tables for words in table.doubts())
     doubts = dict.fromkeys(itertools.chain(*left_out, of_columns, _doubts(estimated, speed)))
     data = f"{len(speed)} points of steady level flight"
