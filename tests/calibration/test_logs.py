@@ -111,9 +111,12 @@ def test_a_discharge_is_one_from_full_to_empty(tmp_path: Path) -> None:
 
 CAPACITY_As, AVAILABLE, RATE_per_s = 9000.0, 0.6, 0.016
 LAG_s = (1.0 - AVAILABLE) / (AVAILABLE * RATE_per_s)
-BEFORE, AFTER = ((20.0, flights.REST_A, 0.0), (6.0, flights.GROUND_A, 1.0)), (
-    (5.0, flights.GROUND_A, 1.0),
-    (60.0, flights.REST_A, 0.0),
+BEFORE, AFTER = (
+    ((20.0, flights.REST_A, 0.0), (6.0, flights.GROUND_A, 1.0)),
+    (
+        (5.0, flights.GROUND_A, 1.0),
+        (60.0, flights.REST_A, 0.0),
+    ),
 )
 """Span [s], current [A] and armed state on the ground, before take-off and after landing."""
 
@@ -163,7 +166,9 @@ def test_a_log_that_goes_on_after_landing_gives_the_battery(tmp_path: Path, writ
 
     Before the take-off it rests, and the rest does not come again in a lifetime that is fitted.
     """
-    files = [write(tmp_path / f"{amps}.log", until_empty(amps)) for amps in (10.0, 20.0, 35.0, 60.0)]
+    files = [
+        write(tmp_path / f"{amps}.log", until_empty(amps)) for amps in (10.0, 20.0, 35.0, 60.0)
+    ]
     found = optuav.fit_kibam(files)
     values = {value.key: value.value for value in found.values}
     assert values["battery.capacity_As"] == pytest.approx(CAPACITY_As, rel=0.005)
@@ -257,6 +262,70 @@ def test_a_log_that_ends_within_a_message_is_called_cut_off(tmp_path: Path, name
     file.write_bytes(whole[:-2])
     (warning,) = optuav.fit_regimes(file).warnings
     assert warning == f"{file}: is cut off; what could be read is used"
+
+
+def test_a_dataflash_log_is_read_beyond_its_damage(tmp_path: Path) -> None:
+    """Wrong kinds, headers and formats of messages cost these, and none of those after them."""
+    file = flights.dataflash(tmp_path / "log.bin", flown())
+    whole = file.read_bytes()
+    places = [n for n in range(1000, len(whole)) if whole[n : n + 2] == b"\xa3\x95"][::97]
+    spoilt, kinds = bytearray(whole), (0x7F, 0x81, 0x82, 0x83, 0x80)
+    for number, place in enumerate(places):
+        spoilt[place + number % 3] = kinds[number % len(kinds)]
+    file.write_bytes(spoilt)
+    found = optuav.fit_regimes(file)
+    (log,) = found.logs
+    assert len(log.samples.time_s) > 0.97 * len(flown().time_s)
+    assert log.samples.time_s[-1] == pytest.approx(flown().time_s[-1], abs=1.0)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert found.changes["flight.flight_current_A"] == pytest.approx(flights.FLIGHT_A, rel=0.01)
+    (words,) = [words for words in found.warnings if "has damaged parts" in words]
+    share = float(words.partition("parts: ")[2].partition(" %")[0])
+    assert 0.2 < share < 3.0
+    assert not any("ends in the air" in words for words in found.warnings)
+
+
+@pytest.mark.parametrize("value", [1e30, -1e5, 1e9])
+def test_values_that_no_drone_has_are_left_out_of_a_damaged_log(
+    tmp_path: Path, value: float
+) -> None:
+    log = flown()
+    amps = np.where(np.arange(len(log.time_s)) % 50 == 7, value, log.current_A)
+    file = flights.dataflash(tmp_path / "log.bin", log._replace(current_A=amps))
+    spoilt = bytearray(file.read_bytes())
+    spoilt[spoilt.rindex(b"\xa3\x95")] = 0
+    file.write_bytes(spoilt + bytes(600))
+    found = optuav.fit_regimes(file)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert any("have no current" in words for words in found.warnings)
+
+
+@pytest.mark.parametrize("write", [flights.dataflash, flights.airdata])
+def test_a_wrong_time_costs_its_own_sample(tmp_path: Path, write: Writer) -> None:
+    """A moment a year ahead, early in the log, does not make all that follow late."""
+    log, place = flown(), 200
+    time_s = log.time_s.copy()
+    time_s[place] += 3e7
+    found = optuav.fit_regimes(write(tmp_path / "log", log._replace(time_s=time_s)))
+    assert len(found.logs[0].samples.time_s) == len(time_s) - 1
+    assert found.changes["flight.max_speed_m_s"] == pytest.approx(flights.CAP, rel=5e-3)
+
+
+def test_a_csv_that_is_cut_off_within_a_line_is_called_so(tmp_path: Path) -> None:
+    """The number at its end may be the beginning of one: 20 A of 200."""
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    text = file.read_text()
+    file.write_text(text[: text.rindex(",True,") - 1])
+    found = optuav.fit_regimes(file)
+    assert found.warnings == (f"{file}: is cut off; what could be read is used",)
+    assert len(found.logs[0].samples.time_s) == len(flown().time_s) - 1
+
+
+def test_a_heading_of_two_columns_is_refused(tmp_path: Path) -> None:
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    file.write_text(file.read_text().replace("latitude", "Speed(mph)", 1))
+    with pytest.raises(InputError, match=r"'Speed\(mph\)': must be the heading of one column"):
+        optuav.fit_regimes(file)
 
 
 @pytest.mark.parametrize("name", ["log.ulg", "log.bin"])

@@ -141,7 +141,9 @@ def test_samples_that_a_fit_leaves_out_are_grey(tmp_path: Path) -> None:
     log = flight_log_in(flights.airdata(tmp_path / "a.csv", flights.flown()), {})
     assert log is not None
     _, used = measurements.steady(log)
-    dots = [line for line in plots.flight_log(used).speed.lines if len(np.asarray(line.get_xdata()))]
+    dots = [
+        line for line in plots.flight_log(used).speed.lines if len(np.asarray(line.get_xdata()))
+    ]
     speeds = {line.get_color(): np.asarray(line.get_ydata()) for line in dots}
     assert speeds[PHASES["flight"]].min() > flights.CAP - 1.5
     assert speeds[plots.style.PALE].max() > 0.5 * flights.CAP

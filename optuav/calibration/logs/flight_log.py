@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv
-from optuav.calibration.logs.samples import Columns, Readings
+from optuav.calibration.logs.samples import Columns, Readings, in_order
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import plural
 
@@ -109,20 +109,22 @@ class FlightLog:
 
 def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     """The log with its phases; refused if it has no current or ends before it begins."""
-    samples, packs, notes, warnings = readings
+    samples, packs, notes, warnings, damaged = readings
     source, warned = label(path), [*warnings]
+    if damaged:
+        samples = samples._replace(**dict(_plausible(samples)))
     current_A = samples.current_A
     known = np.isfinite(samples.time_s) & np.isfinite(current_A)
     for sign in csv.UNKNOWN["current"]:
         known &= ~np.isclose(current_A, sign, rtol=csv.ROUNDED_UNIT, atol=0.0)
     known &= np.all(np.abs([samples.time_s, current_A]) < csv.LARGEST, axis=0)
     samples = samples.only(known)
-    latest_s = np.maximum.accumulate(samples.time_s)
-    moves_on = samples.time_s > np.append(-np.inf, latest_s[:-1])
+    moves_on = in_order(samples.time_s)
     if (count := int(np.sum(~known))) and known.any():
         warned.append(f"{count} of {plural(len(known), 'sample')} have no current")
     if count := int(np.sum(~moves_on)):
-        warned.append(f"{count} of {plural(len(known), 'sample')} come later than they say")
+        words = f"{count} of {plural(len(known), 'sample')}"
+        warned.append(f"{words} have a time out of order and are left out")
     samples = samples.only(moves_on)
     current_A = samples.current_A
     if len(current_A) < 3 or not np.any(np.abs(current_A) > 0.0):
@@ -152,6 +154,14 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
         *(source, format, samples, phase, reason, airborne, phase != OTHER, packs, heads),
         tuple(f"{source}: {words}" for words in warned),
     )
+
+
+def _plausible(samples: Columns) -> Iterator[tuple[str, Floats]]:
+    """Columns of a damaged log without the values that no UAV has; its units are not in doubt."""
+    for name in ("current_A", "voltage_V", "speed_m_s"):
+        values = getattr(samples, name)
+        _, most, _ = csv.USUAL[name.partition("_")[0]]
+        yield name, np.where(np.abs(values) <= most, values, np.nan)
 
 
 def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_], Booleans]:

@@ -15,7 +15,7 @@ from optuav.calibration.logs.samples import CUT_OFF, Pack, Readings, Velocity, s
 from optuav.mission.files import refusal
 
 INSTALL = 'python -m pip install "optuav[logs]"'
-DAMAGED = "is damaged; what could be read is used"
+DAMAGED = "is damaged, and parts after the damage may be missing; what could be read is used"
 
 
 class Recorded(io.BufferedReader):
@@ -46,7 +46,8 @@ def read(path: Path) -> Readings:
     except Exception:  # pyulog raises errors of many kinds for damaged files
         raise refusal(path, "is a ULog of PX4 that is damaged or cut off") from None
     warnings = [DAMAGED] if log.file_corruption else []
-    warnings += [CUT_OFF] if file.short else []
+    # A size that is damaged also makes the reader ask for more than there is.
+    warnings += [CUT_OFF] if file.short and not log.file_corruption else []
     if lost_s := sum(dropout.duration for dropout in log.dropouts) / 1e3:
         warnings.append(f"the logger dropped out for {lost_s:.1f} s in all")
     messages: dict[str, list[Any]] = {name: [] for name in wanted}
@@ -69,7 +70,7 @@ def read(path: Path) -> Readings:
         for name, key in (("actuator_armed", "armed"), ("vehicle_land_detected", "landed"))
         if (found := messages[name])
     }
-    return Readings(*side_by_side(packs, velocity, states), warnings)
+    return Readings(*side_by_side(packs, velocity, states), warnings, log.file_corruption)
 
 
 def _column(message: Mapping[str, Any], key: str) -> Floats:
