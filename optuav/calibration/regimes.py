@@ -169,6 +169,7 @@ def fit_regimes(
     parts = (*motion, *values), (*courses, *panels), tuple(warnings)
     found = replace(
         Fit("regimes", sources, data, *parts, settings={"flight.model": "regimes"}),
+        extends="matrice350",
         notes=tuple(itertools.chain.from_iterable(map(_notes, flown))),
         logs=tuple(flown),
     )

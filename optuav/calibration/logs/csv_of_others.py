@@ -10,7 +10,7 @@ import numpy as np
 
 from optuav.calibration import csv
 from optuav.calibration.logs.samples import CUT_OFF, Columns, Readings, in_order
-from optuav.errors import Fault, InputError, decimal, refuse
+from optuav.errors import Fault, decimal, refuse
 from optuav.mission.files import csv_rows, label, opened, refusal
 from optuav.mission.messages import nearest, plural, shown
 
@@ -79,10 +79,14 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
     rows = csv_rows(text, source, mark)
     _, headings = next(rows, (0, list[str]()))
     places = dict[str, tuple[int, float]]()
-    wrong = [old for old in columns if old not in headings]
-    if wrong:
-        words = f"a column of the file{nearest(wrong[0], headings)}"
-        raise InputError([Fault("columns", shown(wrong[0]), words, source)])
+    faults = list[Fault]()
+    for old, new in columns.items():
+        if old not in headings:
+            words = f"a column of the file{nearest(old, headings)}"
+            faults.append(Fault("columns", shown(old), words, source))
+        if _column(new) is None:
+            words = f"one of {NEW}, or with another unit"
+            faults.append(Fault("columns", shown(new), words, source))
     # Those that are named here first, then those with a unit: decoders of DJI's records put a
     # text such as 0m 2.8s before the seconds.
     ranks = [(old not in columns, not UNIT.fullmatch(old)) for old in headings]
@@ -90,15 +94,12 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
         heading = headings[place]
         if (found := _column(columns.get(heading, heading))) and found[0] not in places:
             places[found[0]] = place, found[1]
-        elif heading in columns and found is None:
-            words = f"one of {NEW}, or with another unit"
-            raise InputError([Fault("columns", shown(columns[heading]), words, source)])
-        elif heading in columns:
+        elif heading in columns and found:
             words = f"names {columns[heading]} a second time"
-            raise InputError([Fault("columns", shown(heading), words, source)])
-    refuse(_twice(headings, places, source))
+            faults.append(Fault("columns", shown(heading), words, source))
+    faults += [*_twice(headings, places, source), *_unknown_units(headings, places, source)]
+    refuse(faults)
     foreign = any(_foreign(heading) for heading in headings)
-    refuse(_unknown_units(headings, places, source))
     if not columns and not (foreign and {"time"} & places.keys()):
         if len(headings) > 1 and not any(map(_has_unit, headings)):
             names = ", ".join(shown(heading) for heading in headings[:MOST_NAMED])

@@ -112,7 +112,7 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     samples, packs, notes, warnings, damaged = readings
     source, warned = label(path), [*warnings]
     if damaged:
-        samples = samples._replace(**dict(_plausible(samples)))
+        samples = _plausible(samples)
     current_A = samples.current_A
     known = np.isfinite(samples.time_s) & np.isfinite(current_A)
     for sign in csv.UNKNOWN["current"]:
@@ -156,12 +156,18 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     )
 
 
-def _plausible(samples: Columns) -> Iterator[tuple[str, Floats]]:
-    """Columns of a damaged log without the values that no UAV has; its units are not in doubt."""
-    for name in ("current_A", "voltage_V", "speed_m_s"):
-        values = getattr(samples, name)
-        _, most, _ = csv.USUAL[name.partition("_")[0]]
-        yield name, np.where(np.abs(values) <= most, values, np.nan)
+def _plausible(samples: Columns) -> Columns:
+    """Samples of a damaged log without the values that no UAV has; its units are not in doubt."""
+
+    def known(kind: str, values: Floats) -> Floats:
+        _, most, _ = csv.USUAL[kind]
+        return np.where(np.abs(values) <= most, values, np.nan)
+
+    return samples._replace(
+        current_A=known("current", samples.current_A),
+        voltage_V=known("voltage", samples.voltage_V),
+        speed_m_s=known("speed", samples.speed_m_s),
+    )
 
 
 def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_], Booleans]:

@@ -120,9 +120,9 @@ def side_by_side(
     for key in ("armed", "landed"):
         held[key] = np.full(len(time_s), -1)
         if key in states:
-            rows = in_order(states[key][0])
-            at_s, values = (column[rows] for column in states[key])
-            before = np.searchsorted(at_s, time_s, side="right") - 1
-            held[key] = values[np.maximum(before, 0)]
+            changes_s, values = states[key]
+            rows = in_order(changes_s)
+            before = np.searchsorted(changes_s[rows], time_s, side="right") - 1
+            held[key] = values[rows][np.maximum(before, 0)]
     series = (time_s, current_A, first.voltage_V, speed_m_s, climb_m_s, first.charge)
     return Columns(*series, held["armed"], held["landed"]), count, notes
