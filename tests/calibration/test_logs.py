@@ -285,6 +285,27 @@ def test_a_dataflash_log_is_read_beyond_its_damage(tmp_path: Path) -> None:
     assert not any("ends in the air" in words for words in found.warnings)
 
 
+def test_a_ulog_is_read_beyond_its_damage(tmp_path: Path) -> None:
+    """Sizes that are wrong, by which a reader skips a part of the file, cost their own message."""
+    file = flights.ulog(tmp_path / "log.ulg", flown())
+    whole = file.read_bytes()
+    spoilt, place, number = bytearray(whole), 16, 0
+    while place < len(whole):
+        size = int.from_bytes(whole[place : place + 2], "little")
+        number += 1
+        if number % 97 == 0 and whole[place + 2] == ord("D"):
+            spoilt[place + 1] = 7 + number % 200  # 1792 bytes or more
+        place += 3 + size
+    file.write_bytes(spoilt)
+    found = optuav.fit_regimes(file)
+    (log,) = found.logs
+    assert len(log.samples.time_s) > 0.95 * len(flown().time_s)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert found.changes["flight.flight_current_A"] == pytest.approx(flights.FLIGHT_A, rel=0.01)
+    assert any("has damaged parts" in words for words in found.warnings)
+    assert not any("cut off" in words or "ends in" in words for words in found.warnings)
+
+
 @pytest.mark.parametrize("value", [1e30, -1e5, 1e9])
 def test_values_that_no_drone_has_are_left_out_of_a_damaged_log(
     tmp_path: Path, value: float
