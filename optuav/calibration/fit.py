@@ -39,6 +39,7 @@ FINEST = 1e-9  # least relative distance of an end from its value that decides o
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth
 SURE = percent(CONFIDENCE)
+LINE_POINTS = 101  # Points of the curve of a fit
 MOST_ROWS = 40  # Observations that are listed one by one
 LONGEST_NAME = 30  # Letters of a name or of an interval
 NOT_KEYS = {"lag_s": "lag (1−ω)²/k_F [s], not a key"}
@@ -113,6 +114,9 @@ class Panel:
         ``"fitted"``, ``"repeat"`` (of a fitted one) or ``"predicted"``; empty if all are fitted.
     groups
         What observations have in common, shown as colours; empty if nothing.
+    line
+        The fit as a curve: pairs of a place on the axis and the fitted value. Empty if the fit is
+        known at the observations only.
 
     Examples
     --------
@@ -131,6 +135,7 @@ class Panel:
     at_words: str = ""
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
+    line: Sequence[tuple[float, float]] = ()
 
     def block(self) -> Block:
         """The first observations beside the fitted values; of a course of samples what is left."""
@@ -302,12 +307,22 @@ class Fit(Presented):
 
 
 def curve(
-    quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
+    quantity: str,
+    unit: str,
+    observed: Floats,
+    fitted: Floats,
+    at: Floats,
+    at_words: str,
+    model: Callable[[Floats], Floats] | None = None,
 ) -> Panel:
-    """The panel of values along an axis, in its order."""
+    """The panel of values along an axis, in its order; with the curve of a model that fits."""
     order = np.argsort(at, kind="stable")
     seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
-    return Panel(quantity, unit, seen, shown, (), places, at_words)
+    panel = Panel(quantity, unit, seen, shown, (), places, at_words)
+    if model is None:
+        return panel
+    between = np.linspace(places[0], places[-1], LINE_POINTS)
+    return replace(panel, line=tuple(zip(between.tolist(), model(between).tolist(), strict=True)))
 
 
 class Estimate(NamedTuple):

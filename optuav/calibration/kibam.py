@@ -60,6 +60,7 @@ FORMATS = (
     csv.Format({"time": "time", "current": "current"}, least=3),
 )
 MOST_PIECES = 200_000  # most pieces of constant current of a load until the battery is empty
+ONGOING_S = 1e9  # for how long the last current of a record goes on, if the battery lasts longer
 LEAST_DISCHARGES = 3
 LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
 SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
@@ -91,18 +92,29 @@ DENSE_AT_ENDS = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 65))  # places betwee
 class Discharge(NamedTuple):
     """A load, and the lifetime of a full battery under it.
 
-    Pieces of current [A], positive while discharging, and duration [s], repeated until the end.
+    Pieces of current [A], positive while discharging, and duration [s]. They are repeated until the
+    end; of a record, the last current that is drawn goes on.
     """
 
     name: str
     pieces: tuple[tuple[float, float], ...]
     lifetime_s: float
+    recorded: bool = False
+
+    @property
+    def load(self) -> tuple[tuple[float, float], ...]:
+        """Pieces that, repeated, go on as the discharge would if the battery lasted longer."""
+        if not self.recorded:
+            return self.pieces
+        last_A = next(current_A for current_A, _ in reversed(self.pieces) if current_A > 0.0)
+        return (*self.pieces, (last_A, ONGOING_S))
 
     @property
     def changes(self) -> tuple[Floats, Floats]:
         """Changes of the current [A] and how long before the end each happens [s]."""
         currents_A, durations_s = map(np.array, zip(*self.pieces, strict=True))
-        rounds = math.ceil(self.lifetime_s / durations_s.sum()) if len(set(currents_A)) > 1 else 1
+        repeats = len(set(currents_A)) > 1 and not self.recorded
+        rounds = math.ceil(self.lifetime_s / durations_s.sum()) if repeats else 1
         starts_s = np.cumsum(np.tile(durations_s, rounds)) - np.tile(durations_s, rounds)
         changes_A = np.diff(np.tile(currents_A, rounds), prepend=0.0)
         counted = (starts_s < self.lifetime_s) & (changes_A != 0.0)
@@ -199,8 +211,9 @@ def fit_kibam(
 
     def read_log(path: Path) -> tuple[list[Discharge], list[str]] | None:
         if log := flight_log_in(path, columns or {}):
+            record, log = measurements.discharge(log)
             flown.append(log)
-            discharges, doubts = _record(measurements.discharge(log))
+            discharges, doubts = _record(record)
             return discharges, [*log.warnings, *doubts]
         return None
 
@@ -217,7 +230,7 @@ def fit_kibam(
         """Lifetimes [s]; for a battery of 1 A s, as they depend only on current over capacity."""
         capacity_As, share, rate = values.tolist()
         battery = {"capacity_As": 1.0, "available_fraction": share, "flow_rate_per_s": rate}
-        unit_As, loads = capacity_As * factor, (discharge.pieces for discharge in discharges)
+        unit_As, loads = capacity_As * factor, (discharge.load for discharge in discharges)
         shares = ([(current_A / unit_As, lasts_s) for current_A, lasts_s in load] for load in loads)
         return np.array([lifetime(load, **battery) for load in shares])
 
@@ -539,7 +552,8 @@ def _record(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:
         time_s, current_A = (table.numbers[column][rows] for column in ("time", "current"))
         time_s[0] = table.numbers["time"][0]
         pieces = tuple(zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True))
-        discharge = Discharge(Path(table.source).stem, pieces, float(time_s[-1] - time_s[0]))
+        lasts_s = float(time_s[-1] - time_s[0])
+        discharge = Discharge(Path(table.source).stem, pieces, lasts_s, recorded=True)
         if not pieces or discharge.drawn_As <= 0.0:
             words = "a record that draws charge: positive is discharge, is the sign the opposite?"
             raise InputError([Fault("current", "", words, table.source)])

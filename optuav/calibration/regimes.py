@@ -169,6 +169,7 @@ def fit_regimes(
     parts = (*motion, *values), (*courses, *panels), tuple(warnings)
     found = replace(
         Fit("regimes", sources, data, *parts, settings={"flight.model": "regimes"}),
+        extends="matrice350",
         notes=tuple(itertools.chain.from_iterable(map(_notes, flown))),
         logs=tuple(flown),
     )
@@ -249,7 +250,7 @@ def _samples_of(log: FlightLog) -> tuple[Samples, tuple[str, ...]]:
 def _notes(log: FlightLog) -> Iterator[str]:
     """Sentences on the part of a log that is used."""
     yield from (f"{log.source}: {log.format}", *log.notes)
-    yield from log.shares(np.isin(log.phase, [*ORIGINS]), "are used")
+    yield from log.shares("are used")
 
 
 def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:

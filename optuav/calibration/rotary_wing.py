@@ -90,9 +90,9 @@ def fit_rotary_wing(
 
     def read_log(path: Path) -> tuple[csv.Measurements, tuple[str, ...]] | None:
         if log := flight_log_in(path, columns or {}):
-            points, used = measurements.steady(log)
+            points, log = measurements.steady(log)
             flown.append(log)
-            shares = [*log.shares(used, "are steady")]
+            shares = [*log.shares("are steady")]
             notes.extend((f"{log.source}: {log.format}", *log.notes, *shares))
             table, left_out = _checked(points, shares)
             return table, (*log.warnings, *left_out, OVER_GROUND)
@@ -104,7 +104,12 @@ def fit_rotary_wing(
     speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
     estimated = _estimate(speed, drawn_W)
     seen = "power", "W", drawn_W, drawn_W + estimated.residuals
-    panel = curve(*seen, speed, "air speed $V$ [m/s]")
+    coefficients = PowerCoefficients(*estimated.values.tolist())
+
+    def along(speed_m_s: Floats) -> Floats:
+        return np.asarray(power(coefficients, speed_m_s))
+
+    panel = curve(*seen, speed, "air speed $V$ [m/s]", along)
     of_columns = (words for table in tables for words in table.doubts())
     doubts = dict.fromkeys(itertools.chain(*left_out, of_columns, _doubts(estimated, speed)))
     data = f"{len(speed)} points of steady level flight"

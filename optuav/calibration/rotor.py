@@ -7,6 +7,7 @@ size or in proportion to its values; intervals are by profile likelihood.
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -160,8 +161,12 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
     largest = {name: float(np.max(values)) for name, values in measured.items()}
     estimated = _estimate(measured)
     fitted, at_words = _model(estimated.values, speed), "speed of the rotor $v$ [rad/s]"
+
+    def along(name: str, speed_rad_s: Floats) -> Floats:
+        return _model(estimated.values, speed_rad_s)[name]
+
     panels = (
-        curve(name, unit, measured[name], fitted[name], speed, at_words)
+        curve(name, unit, measured[name], fitted[name], speed, at_words, partial(along, name))
         for name, unit in QUANTITIES.items()
     )
     doubts = [words for table in tables for words in table.doubts()]

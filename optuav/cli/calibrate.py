@@ -33,15 +33,20 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, with confidence intervals."""
-    from optuav.mission.files import must_be_new
+    from optuav.calibration.logs.read import LARGEST_LOG
+    from optuav.mission.files import STANDARD, must_be_new, opened
     from optuav.mission.load import load
 
-    faults = list[Fault]()
+    faults, of_columns, of_data, of_save = (list[Fault]() for _ in range(4))
     if never_longer and kind != "kibam":
         faults.append(Fault("--never-longer", "", f"requires KIND kibam, not {kind}"))
-    if save is not None:
-        must_be_new(save)
-    check_places(save, plot, ".toml", "")
+    with collected(faults):
+        if save is not None:
+            must_be_new(save)
+    with collected(faults):
+        check_places(save, None, ".toml", "")
+    with collected(faults):
+        check_places(None, plot)
     from optuav import calibration
 
     options: dict[str, Any] = {}
@@ -51,23 +56,30 @@ def calibrate(
         words = f"requires KIND {', '.join(OF_LOGS[:-1])} or {OF_LOGS[-1]}, not {kind}"
         faults.append(Fault("--column", "", words))
     elif column:
-        with collected(faults):
+        with collected(of_columns):
             options["columns"] = _columns(column)
-        refuse(faults)
-    of_data = list[Fault]()
     with collected(faults):
         base = None if extends is None else load(extends)
-    with collected(of_data):
-        fit: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
-    refuse([*faults, *(by_flags(fault, {"columns": "--column"}) for fault in of_data)])
+    if of_columns:  # without which the files cannot be read, but are there or not
+        for path in files:
+            with collected(of_data), opened(path, LARGEST_LOG):
+                pass
+    else:
+        with collected(of_data):
+            fit: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
+    renamed = (by_flags(fault, {"columns": "--column"}) for fault in of_data)
+    refuse([*faults, *of_columns, *renamed])
     if extends is not None:
         fit = replace(fit, extends=extends)
     hover = None if base is None or fit.lag is None else _hover(fit, base)
     written = []
     if save is not None:
-        _write(fit, save, base)
-        written.append(save)
-    if plot is not None and fit.panels:
+        with collected(of_save):
+            _write(fit, save, base)
+            written.append(save)
+        if save == STANDARD:
+            refuse(of_save)
+    if plot is not None and fit.panels and not of_save:
         written += _draw(fit, plot)
     notes, hint = list[str](), ""
     if isinstance(hover, str):
@@ -86,6 +98,7 @@ def calibrate(
         hint=hint,
         written=written,
     )
+    refuse(of_save)
 
 
 def _columns(pairs: Sequence[str]) -> dict[str, str]:

@@ -118,7 +118,8 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     sources = ", ".join(style.drawable(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
     top = axes[0].values
-    lag = f", {found.lag_words}" if found.lag_words else ""
+    # On a line of its own: beside the files it would reach into the title of the residuals.
+    lag = f"\n{found.lag_words}" if found.lag_words else ""
     top.set_title(f"{sources}{more}: fit of {found.kind}{lag}", pad=style.LEGEND_PT)
     axes[0].residuals.set_title("what the fit leaves over", pad=style.LEGEND_PT)
     shown = axes if found.panels[0].names else axes[:1]
@@ -170,10 +171,12 @@ def flight_log(log: FlightLog, *, figure: style.AnyFigure | None = None) -> Flig
         "current [A]": log.samples.current_A,
     }
     for ax, (words, values) in zip(axes, series.items(), strict=True):
-        for phase, label in {"other": "left out", **dict.fromkeys(GROUPS)}.items():
-            if np.any(own := log.phase == phase):
-                colour = style.PALE if phase == "other" else GROUPS[phase]
-                ax.plot([], [], ".", color=colour, label=label or phase)
+        rows = {"left out": ~log.used}
+        rows |= {phase: log.used & (log.phase == phase) for phase in (*GROUPS, "other")}
+        for label, own in rows.items():
+            if np.any(own):
+                colour = {"left out": style.PALE, "other": style.SKY, **GROUPS}[label]
+                ax.plot([], [], ".", color=colour, label=label)
                 ax.plot(log.samples.time_s[own], values[own], ".", color=colour, markersize=2.5)
         ax.set_ylabel(words)
         style.group_thousands(ax)
@@ -234,9 +237,12 @@ def _draw_curve(axes: FitAxes, panel: Panel) -> None:
         axes.residuals.plot(at[own], (fitted - observed)[own], ".", **look)
     cuts = [0, *(np.flatnonzero(groups[1:] != groups[:-1]) + 1), len(at)]
     words = "mean" if panel.groups else "fitted"
-    for start, end in pairwise(cuts):
-        part = slice(start, end)
-        axes.values.plot(at[part], fitted[part], color=BLACK, linewidth=1.1, label=words)
+    line: style.Look = {"color": BLACK, "linewidth": 1.1, "label": words}
+    if panel.line:
+        axes.values.plot(*zip(*panel.line, strict=True), **line)
+    else:
+        for start, end in pairwise(cuts):
+            axes.values.plot(at[start:end], fitted[start:end], **line)
     axes.residuals.axhline(0.0, color=BLACK, linewidth=0.5)
     style.group_thousands(*axes)
     axes.values.set(xlabel=panel.at_words, ylabel=f"{panel.quantity} [{panel.unit}]")

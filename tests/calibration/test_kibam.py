@@ -501,6 +501,17 @@ def test_unknown_currents_of_a_record_are_left_out(value: str, tmp_path: Path) -
     assert "3.0.csv: 92 of 200 lines are left out: their current is" in told[0]
 
 
+def test_a_rest_at_the_head_of_a_record_does_not_come_again(tmp_path: Path) -> None:
+    """A battery of one well lasts capacity over current after the rest, and not the rest longer."""
+    files = list[Path]()
+    for current_A in (2.0, 5.0, 9.0, 14.0):
+        end_s = 15.0 + 10_000.0 / current_A
+        files.append(tmp_path / f"{current_A}.csv")
+        files[-1].write_text(f"time_s,current_A\n0,0\n15,{current_A}\n{end_s - 0.01},0\n")
+    (panel,) = optuav.fit_kibam(files).panels
+    assert panel.fitted == pytest.approx(panel.observed, abs=0.1)
+
+
 @pytest.mark.parametrize("pause_A", ["0", "0.5"])
 def test_records_of_the_opposite_sign_get_one_sentence_each(pause_A: str, tmp_path: Path) -> None:
     """Also where a charge in the pauses is positive then, and one discharge is at −1 A."""

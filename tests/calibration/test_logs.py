@@ -109,6 +109,94 @@ def test_a_discharge_is_one_from_full_to_empty(tmp_path: Path) -> None:
         optuav.fit_kibam([*logs, short])
 
 
+CAPACITY_As, AVAILABLE, RATE_per_s = 9000.0, 0.6, 0.016
+LAG_s = (1.0 - AVAILABLE) / (AVAILABLE * RATE_per_s)
+BEFORE, AFTER = (
+    ((20.0, flights.REST_A, 0.0), (6.0, flights.GROUND_A, 1.0)),
+    (
+        (5.0, flights.GROUND_A, 1.0),
+        (60.0, flights.REST_A, 0.0),
+    ),
+)
+"""Span [s], current [A] and armed state on the ground, before take-off and after landing."""
+
+
+def until_empty(current_A: float) -> Flown:
+    """A hover until the available well is empty, between times on the ground.
+
+    With d the difference of the wells' heights, d' = I/ω - k' d and the upper height is
+    y - (1 - ω) d, y the charge left: J. F. Manwell, J. G. McGowan, Solar Energy, 1993.
+    """
+    rows, left_As, apart_As = list[tuple[float, ...]](), CAPACITY_As, 0.0
+    fades = np.exp(-RATE_per_s * flights.STEP_s)
+
+    def step(amps: float, armed: float, landed: float) -> bool:
+        nonlocal left_As, apart_As
+        rows.append((len(rows) * flights.STEP_s, amps, 0.0, 0.0, armed, landed))
+        left_As -= amps * flights.STEP_s
+        settled_As = amps / (AVAILABLE * RATE_per_s)
+        apart_As = settled_As + (apart_As - settled_As) * fades
+        return left_As > (1.0 - AVAILABLE) * apart_As
+
+    for span_s, amps, armed in BEFORE:
+        for _ in range(round(span_s / flights.STEP_s)):
+            step(amps, armed, 1.0)
+    while step(current_A, 1.0, 0.0):
+        pass
+    for span_s, amps, armed in AFTER:
+        for _ in range(round(span_s / flights.STEP_s)):
+            step(amps, armed, 1.0)
+    return Flown(*np.array(rows).T)
+
+
+def without_states(file: Path, log: Flown) -> Path:
+    """As AirData exports it: the current alone tells when the drone has landed."""
+    flights.airdata(file, log)
+    heads = ("isMotorOn", "a"), ("isOnGround", "b"), ("battery_percent", "c")
+    text = file.read_text()
+    for old, new in heads:
+        text = text.replace(old, new, 1)
+    file.write_text(text)
+    return file
+
+
+@pytest.mark.parametrize("write", [flights.dataflash, without_states])
+def test_a_log_that_goes_on_after_landing_gives_the_battery(tmp_path: Path, write: Writer) -> None:
+    """A battery that recovers on the ground is not taken for one that lasts longer.
+
+    Before the take-off it rests, and the rest does not come again in a lifetime that is fitted.
+    """
+    files = [
+        write(tmp_path / f"{amps}.log", until_empty(amps)) for amps in (10.0, 20.0, 35.0, 60.0)
+    ]
+    found = optuav.fit_kibam(files)
+    values = {value.key: value.value for value in found.values}
+    assert values["battery.capacity_As"] == pytest.approx(CAPACITY_As, rel=0.005)
+    assert values["battery.available_fraction"] == pytest.approx(AVAILABLE, rel=0.02)
+    assert found.lag is not None
+    assert found.lag.value == pytest.approx(LAG_s, rel=0.02)
+    assert not found.warnings
+    (panel,) = found.panels
+    assert panel.fitted == pytest.approx(panel.observed, abs=0.5)
+    after_s = sum(span_s for span_s, *_ in AFTER)
+    words = [note for note in found.notes if f"{after_s:.1f} s after it are left out" in note]
+    assert len(words) == len(files)
+    for log in found.logs:
+        span_s = log.samples.time_s[-1] - log.samples.time_s[log.used][-1]
+        assert span_s == pytest.approx(after_s, abs=0.1)
+
+
+def test_a_gap_in_a_discharge_is_told(tmp_path: Path) -> None:
+    """The current that a logger lost is charge that the fit can only guess."""
+    files = list[Path]()
+    for amps in (10.0, 20.0, 35.0, 60.0):
+        log = until_empty(amps)
+        keep = (log.time_s < 49.9) | (log.time_s > 62.1) | (amps != 20.0)
+        files.append(flights.dataflash(tmp_path / f"{amps}.bin", Flown(*(c[keep] for c in log))))
+    (warning,) = optuav.fit_kibam(files).warnings
+    assert warning.startswith(f"{files[1]}: in gaps of 12.4 s in all the log has no current")
+
+
 def test_the_current_tells_the_ground_where_no_state_does(tmp_path: Path) -> None:
     """As in AirData's own exports: rotors that idle at 3 A of 20 A are no hover."""
     file = flights.airdata(tmp_path / "a.csv", flown())
@@ -174,6 +262,91 @@ def test_a_log_that_ends_within_a_message_is_called_cut_off(tmp_path: Path, name
     file.write_bytes(whole[:-2])
     (warning,) = optuav.fit_regimes(file).warnings
     assert warning == f"{file}: is cut off; what could be read is used"
+
+
+def test_a_dataflash_log_is_read_beyond_its_damage(tmp_path: Path) -> None:
+    """Wrong kinds, headers and formats of messages cost these, and none of those after them."""
+    file = flights.dataflash(tmp_path / "log.bin", flown())
+    whole = file.read_bytes()
+    places = [n for n in range(1000, len(whole)) if whole[n : n + 2] == b"\xa3\x95"][::97]
+    spoilt, kinds = bytearray(whole), (0x7F, 0x81, 0x82, 0x83, 0x80)
+    for number, place in enumerate(places):
+        spoilt[place + number % 3] = kinds[number % len(kinds)]
+    file.write_bytes(spoilt)
+    found = optuav.fit_regimes(file)
+    (log,) = found.logs
+    assert len(log.samples.time_s) > 0.97 * len(flown().time_s)
+    assert log.samples.time_s[-1] == pytest.approx(flown().time_s[-1], abs=1.0)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert found.changes["flight.flight_current_A"] == pytest.approx(flights.FLIGHT_A, rel=0.01)
+    (words,) = [words for words in found.warnings if "has damaged parts" in words]
+    share = float(words.partition("parts: ")[2].partition(" %")[0])
+    assert 0.2 < share < 3.0
+    assert not any("ends in the air" in words for words in found.warnings)
+
+
+def test_a_ulog_is_read_beyond_its_damage(tmp_path: Path) -> None:
+    """Sizes that are wrong, by which a reader skips a part of the file, cost their own message."""
+    file = flights.ulog(tmp_path / "log.ulg", flown())
+    whole = file.read_bytes()
+    spoilt, place, number = bytearray(whole), 16, 0
+    while place < len(whole):
+        size = int.from_bytes(whole[place : place + 2], "little")
+        number += 1
+        if number % 97 == 0 and whole[place + 2] == ord("D"):
+            spoilt[place + 1] = 7 + number % 200  # 1792 bytes or more
+        place += 3 + size
+    file.write_bytes(spoilt)
+    found = optuav.fit_regimes(file)
+    (log,) = found.logs
+    assert len(log.samples.time_s) > 0.95 * len(flown().time_s)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert found.changes["flight.flight_current_A"] == pytest.approx(flights.FLIGHT_A, rel=0.01)
+    assert any("has damaged parts" in words for words in found.warnings)
+    assert not any("cut off" in words or "ends in" in words for words in found.warnings)
+
+
+@pytest.mark.parametrize("value", [1e30, -1e5, 1e9])
+def test_values_that_no_drone_has_are_left_out_of_a_damaged_log(
+    tmp_path: Path, value: float
+) -> None:
+    log = flown()
+    amps = np.where(np.arange(len(log.time_s)) % 50 == 7, value, log.current_A)
+    file = flights.dataflash(tmp_path / "log.bin", log._replace(current_A=amps))
+    spoilt = bytearray(file.read_bytes())
+    spoilt[spoilt.rindex(b"\xa3\x95")] = 0
+    file.write_bytes(spoilt + bytes(600))
+    found = optuav.fit_regimes(file)
+    assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
+    assert any("have no current" in words for words in found.warnings)
+
+
+@pytest.mark.parametrize("write", [flights.dataflash, flights.airdata])
+def test_a_wrong_time_costs_its_own_sample(tmp_path: Path, write: Writer) -> None:
+    """A moment a year ahead, early in the log, does not make all that follow late."""
+    log, place = flown(), 200
+    time_s = log.time_s.copy()
+    time_s[place] += 3e7
+    found = optuav.fit_regimes(write(tmp_path / "log", log._replace(time_s=time_s)))
+    assert len(found.logs[0].samples.time_s) == len(time_s) - 1
+    assert found.changes["flight.max_speed_m_s"] == pytest.approx(flights.CAP, rel=5e-3)
+
+
+def test_a_csv_that_is_cut_off_within_a_line_is_called_so(tmp_path: Path) -> None:
+    """The number at its end may be the beginning of one: 20 A of 200."""
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    text = file.read_text()
+    file.write_text(text[: text.rindex(",True,") - 1])
+    found = optuav.fit_regimes(file)
+    assert found.warnings == (f"{file}: is cut off; what could be read is used",)
+    assert len(found.logs[0].samples.time_s) == len(flown().time_s) - 1
+
+
+def test_a_heading_of_two_columns_is_refused(tmp_path: Path) -> None:
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    file.write_text(file.read_text().replace("latitude", "Speed(mph)", 1))
+    with pytest.raises(InputError, match=r"'Speed\(mph\)': must be the heading of one column"):
+        optuav.fit_regimes(file)
 
 
 @pytest.mark.parametrize("name", ["log.ulg", "log.bin"])

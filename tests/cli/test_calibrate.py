@@ -88,7 +88,7 @@ STEADY = ("0,168.9", "4,149.1", "8,129.9", "10,126.3", "12,127.2", "16,145.0", "
 def test_a_mission_that_would_not_load_is_not_written(
     kind: str, base: str, words: str, tmp_path: Path
 ) -> None:
-    """Exit code 2, every fault with both that it comes from, the mission, and no file."""
+    """Exit code 2, every fault with both that it comes from, the fit that it cost, and no file."""
     data, file = tmp_path / "data.csv", tmp_path / "new.toml"
     data.write_text("\n".join(["speed_m_s,power_W", *STEADY, "24,231.3"]), "utf-8")
     if kind == "regimes":
@@ -96,7 +96,11 @@ def test_a_mission_that_would_not_load_is_not_written(
         data.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
     if kind == "rotor":
         data = DATA / "propeller.csv"
-    told = refused("calibrate", kind, str(data), "--extends", base, "--save", str(file))
+    ran = run("calibrate", kind, str(data), "--extends", base, "--save", str(file))
+    told = ran.err
+    assert ran.code == 2
+    assert ran.out.startswith(f"{kind}: ")
+    assert "wrote" not in ran.out
     assert f"values from {data} on top of '{base}': {words}" in told
     allowed = "a mission on which these values load"
     if kind != "rotor":  # A fit of another model than that of the mission
@@ -105,6 +109,29 @@ def test_a_mission_that_would_not_load_is_not_written(
     assert f"--extends = '{base}': must be {allowed}; nothing is written" in told
     assert not file.exists()
     assert run("calibrate", kind, str(data), "--extends", base).code == 0
+
+
+def test_loads_without_an_acceleration_extend_a_mission_that_has_one(tmp_path: Path) -> None:
+    """Most logs have no leg from standing to standing at one speed."""
+    data, file = tmp_path / "data.csv", tmp_path / "new.toml"
+    rows = [f"{n},{20 + n % 2},22,{('hover', 'flight')[n // 20]}" for n in range(40)]
+    data.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
+    assert run("calibrate", "regimes", str(data), "--save", str(file)).code == 0
+    assert optuav.load(file).flight.hover_current_A == 20.5
+
+
+def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
+    """Of the place to write to, the mission, every name of a column, and every file."""
+    log = tmp_path / "a.csv"
+    log.write_text("time(millisecond),current(A)\n0,1\n100,1\n200,1\n")
+    places = "--save", str(tmp_path / "none" / "x.toml"), "--plot", str(log)
+    names = "--column", "Q=ZZ", "--column", "P=current_A"
+    told = refused("calibrate", "regimes", str(log), "b.csv", *places, *names, "--extends", "nope")
+    for words in (
+        *("there is no directory", "is not a directory", "nope: there is no such file"),
+        *("--column = 'Q'", "--column = 'ZZ'", "--column = 'P'", "b.csv: there is no such file"),
+    ):
+        assert words in told
 
 
 def test_json_has_everything() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -22,6 +23,8 @@ MESSAGES: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(CORES, ("VN", "VE", "VD")),
     **{"GPS": ("Spd", "VZ"), "EV": ("Id",)},
 }
+HEADER, FORMAT = b"\xa3\x95", 0x80  # of every message, and the number of those on formats
+MOST_PADDING = 528  # bytes after the last message that are no damage, by pymavlink
 EVENTS = {"armed": (10, 11), "landed": (18, 28)}
 """Numbers of the events that turn a state on and off."""
 
@@ -29,7 +32,7 @@ EVENTS = {"armed": (10, 11), "landed": (18, 28)}
 def read(path: Path) -> Readings:
     """Samples at the moments of the battery's messages."""
     rows: dict[str, list[tuple[float, ...]]] = {}
-    now_s, faults = 0.0, list[str]()
+    now_s, faults, broken = 0.0, list[str](), set[str]()
     for kind, values, codes in _messages(path, faults):
         if kind in CORES and values.get("C", values.get("I", 0)):
             continue
@@ -42,12 +45,16 @@ def read(path: Path) -> Readings:
             size = 0.01 if kind in BATTERIES and codes["Curr"] in "bBhHiI" else 1.0
             numbers = (size * float(values.get(name, np.nan)) for name in MESSAGES[kind])
             row = (now_s, *numbers)
-        except (KeyError, TypeError, ValueError):  # A damaged format: texts in place of numbers
-            raise refusal(path, DAMAGED) from None
+        except (KeyError, TypeError, ValueError):  # No such column, texts in place of numbers
+            broken.add(kind)
+            continue
         inst = values.get("Inst", values.get("Instance", 0))
         rows.setdefault(f"{kind}{inst}" if kind in BATTERIES else kind, []).append(row)
     found = {name: np.array(columns).T for name, columns in rows.items()}
     batteries = [name for kind in BATTERIES for name in sorted(found) if name[:-1] == kind]
+    faults += [f"the format of {kind} is damaged: it is not read" for kind in sorted(broken)]
+    if not batteries and broken:
+        raise refusal(path, "; ".join([DAMAGED, *faults]))
     if not batteries:
         raise refusal(path, "has no BAT or CURR messages: ArduPilot logged no battery")
     own = [name for name in batteries if name[:-1] == batteries[0][:-1]]
@@ -67,7 +74,7 @@ def read(path: Path) -> Readings:
                 # Before its first change a state was the other one
                 before = np.append(-np.inf, t[rows_of]), np.append(1 - values[0], values)
                 states[key] = before
-    return Readings(*side_by_side(packs, velocity, states), faults)
+    return Readings(*side_by_side(packs, velocity, states), faults, bool(faults))
 
 
 def _messages(
@@ -81,26 +88,74 @@ def _messages(
         raise refusal(path, words) from None
 
     class Reader(DFReader_binary):  # type: ignore[misc]
-        """Its own index, in Python: the one in C writes of damage to the terminal."""
+        """With an index that goes on after damage, where pymavlink's ends at the first one."""
+
+        damaged, short = 0, False  # bytes that are skipped; whether the last message is cut off
+
+        def init_clock(self) -> None:
+            """None: times are those of the messages, and a damaged GPS would stop the reader."""
 
         def init_arrays_fast(self, progress_callback: object = None) -> None:
             self.init_arrays(progress_callback)
 
-    printed = io.StringIO()
+        def init_arrays(self, progress_callback: object = None) -> None:
+            self.offsets: list[list[int]] = [[] for _ in range(256)]
+            self.name_to_id, self.id_to_name = dict[str, int](), dict[int, str]()
+            place = 0
+            while 0 <= (start := self.data_map.find(HEADER, place)) < self.data_len - len(HEADER):
+                self.damaged += start - place
+                kind = self.data_map[start + len(HEADER)]
+                size = self.formats[kind].len if kind in self.formats else 0
+                end, after = start + size, self.data_map.find(HEADER, start + max(size, 1))
+                if end > self.data_len and self.data_map.find(HEADER, start + 1) < 0:
+                    self.short, place = True, self.data_len
+                    break
+                # Whole, if another one follows at once; the last one, if none follows at all.
+                if (
+                    size
+                    and end <= self.data_len
+                    and after in (end, -1)
+                    and self._index(kind, start)
+                ):
+                    place = end
+                else:
+                    place = start + len(HEADER)
+                    self.damaged += len(HEADER)
+            rest = self.data_len - place
+            self.damaged += rest if rest >= MOST_PADDING else 0
+            self.counts = [*map(len, self.offsets)]
+            self._count = sum(self.counts)
+            self.offset = 0
+
+        def _index(self, kind: int, start: int) -> bool:
+            """Note where a message is; False if it is a format that cannot be."""
+            if kind == FORMAT:
+                number = self.data_map[start + 3]
+                before = self.formats.get(number)
+                self.offset, self.remaining = start, self.data_len - start
+                self._parse_next()
+                form = self.formats.get(number)
+                whole = form is not None and struct.calcsize(form.msg_struct) + 3 == form.len
+                # A number keeps its format: another one is that of a number that is damaged.
+                if not whole or (before and before.columns != form.columns):
+                    self.formats.pop(number, None)
+                    self.formats |= {number: before} if before else {}
+                    return False
+                self.name_to_id[form.name], self.id_to_name[number] = number, form.name
+            self.offsets[kind].append(start)
+            return True
+
+    nowhere = io.StringIO()
     try:
-        with redirect_stdout(printed), redirect_stderr(printed):
+        with redirect_stdout(nowhere), redirect_stderr(nowhere):
             reader = Reader(str(path))
             while (message := reader.recv_match(type=[*MESSAGES])) is not None:
                 codes = dict(zip(message.fmt.columns, message.fmt.format, strict=False))
                 yield message.get_type(), message.to_dict(), codes
-            ends = (
-                reader.formats[number].len + places[-1]
-                for number, places in enumerate(reader.offsets)
-                if places and number in reader.formats
-            )
-            short = max(ends, default=0) > reader.data_len
             reader.close()
     except Exception:  # pymavlink raises errors of many kinds for damaged files
         raise refusal(path, DAMAGED) from None
-    faults += ["has damaged parts, which are skipped"] if printed.getvalue() else []
-    faults += [CUT_OFF] if short else []
+    if reader.damaged:
+        share = f"{100.0 * reader.damaged / reader.data_len:.2g} %"
+        faults.append(f"has damaged parts: {share} of the file is skipped, and more may be wrong")
+    faults += [CUT_OFF] if reader.short else []

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from optuav.calibration import csv
-from optuav.calibration.logs.samples import Columns, Readings
-from optuav.errors import Fault, InputError, decimal, refuse
+from optuav.calibration.logs.samples import CUT_OFF, Columns, Readings, in_order
+from optuav.errors import Fault, decimal, refuse
 from optuav.mission.files import csv_rows, label, opened, refusal
 from optuav.mission.messages import nearest, plural, shown
 
@@ -72,13 +72,21 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
         mark, text = first.strip().strip('"')[-1], rest
     head = next((line for line in text.splitlines() if line.strip() and line[0] != "#"), "")
     mark = mark or max(",;\t", key=head.count)
+    whole, _, last = text.rpartition("\n")
+    short = last.count(mark) < head.count(mark) or last.count('"') % 2 == 1
+    if cut := bool(whole and last.strip()) and short:
+        text = whole  # The last cell may be the beginning of one
     rows = csv_rows(text, source, mark)
     _, headings = next(rows, (0, list[str]()))
     places = dict[str, tuple[int, float]]()
-    wrong = [old for old in columns if old not in headings]
-    if wrong:
-        words = f"a column of the file{nearest(wrong[0], headings)}"
-        raise InputError([Fault("columns", shown(wrong[0]), words, source)])
+    faults = list[Fault]()
+    for old, new in columns.items():
+        if old not in headings:
+            words = f"a column of the file{nearest(old, headings)}"
+            faults.append(Fault("columns", shown(old), words, source))
+        if _column(new) is None:
+            words = f"one of {NEW}, or with another unit"
+            faults.append(Fault("columns", shown(new), words, source))
     # Those that are named here first, then those with a unit: decoders of DJI's records put a
     # text such as 0m 2.8s before the seconds.
     ranks = [(old not in columns, not UNIT.fullmatch(old)) for old in headings]
@@ -86,14 +94,12 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
         heading = headings[place]
         if (found := _column(columns.get(heading, heading))) and found[0] not in places:
             places[found[0]] = place, found[1]
-        elif heading in columns and found is None:
-            words = f"one of {NEW}, or with another unit"
-            raise InputError([Fault("columns", shown(columns[heading]), words, source)])
-        elif heading in columns:
+        elif heading in columns and found:
             words = f"names {columns[heading]} a second time"
-            raise InputError([Fault("columns", shown(heading), words, source)])
+            faults.append(Fault("columns", shown(heading), words, source))
+    faults += [*_twice(headings, places, source), *_unknown_units(headings, places, source)]
+    refuse(faults)
     foreign = any(_foreign(heading) for heading in headings)
-    refuse(_unknown_units(headings, places, source))
     if not columns and not (foreign and {"time"} & places.keys()):
         if len(headings) > 1 and not any(map(_has_unit, headings)):
             names = ", ".join(shown(heading) for heading in headings[:MOST_NAMED])
@@ -104,7 +110,19 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
     if missing := [name for name in ("time", "current") if name not in places]:
         words = f"there is no column of the {' and of the '.join(missing)}; {OLD_NEW} names one"
         raise refusal(path, words)
-    return _cells(rows, places, decimal_comma=mark != ",")
+    readings = _cells(rows, places, decimal_comma=mark != ",")
+    return readings._replace(warnings=[CUT_OFF] if cut else [])
+
+
+def _twice(
+    headings: Sequence[str], places: Mapping[str, tuple[int, float]], source: str
+) -> Iterator[Fault]:
+    """Yield a fault for a column that is read and whose heading another one has too."""
+    small = [heading.strip().lower() for heading in headings]
+    for place, _ in places.values():
+        if (count := small.count(small[place])) > 1:
+            words = f"must be the heading of one column; it is that of {count}"
+            yield Fault("column", shown(headings[place]), words, source)
 
 
 def _has_unit(heading: str) -> bool:
@@ -152,7 +170,7 @@ def _cells(
     decimal_comma: bool,
 ) -> Readings:
     """The samples of lines whose time and current are known, in order of time."""
-    kept, lost, late, last_s = list[list[float]](), 0, 0, -np.inf
+    kept, lost = list[list[float]](), 0
     for _, cells in rows:
         values = list[float]()
         for name in NAMES:
@@ -162,12 +180,11 @@ def _cells(
         time_s, current_A = values[:2]
         if not np.isfinite([time_s, current_A]).all():
             lost += 1
-        elif time_s <= last_s:
-            late += 1
         else:
-            last_s = time_s
             kept.append(values)
     table = np.array(kept).T if kept else np.empty((len(NAMES), 0))
+    table, count = table[:, in_order(table[0])], len(kept)
+    late = count - table.shape[1]
     by_name = dict(zip(NAMES, table, strict=True))
     states = (np.nan_to_num(by_name[name], nan=-1).astype(int) for name in ("armed", "landed"))
     series = ("time", "current", "voltage", "speed", "climb", "charge")
@@ -175,7 +192,7 @@ def _cells(
     if lost or late:
         parts = [f"{lost} without time or current"] * bool(lost)
         parts += [f"{late} whose time does not move on"] * bool(late)
-        of = f"{lost + late} of {plural(len(kept) + lost + late, 'line')}"
+        of = f"{lost + late} of {plural(count + lost, 'line')}"
         notes.append(f"{of} are not read: {' and '.join(parts)}")
     return Readings(Columns(*(by_name[name] for name in series), *states), 1, notes, ())
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv
-from optuav.calibration.logs.samples import Columns, Readings
+from optuav.calibration.logs.samples import Columns, Readings, in_order
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import plural
 
@@ -45,6 +45,10 @@ class FlightLog:
         ``"rest"``, ``"hover"``, ``"flight"`` or ``"other"`` of every sample.
     reason
         Why a sample of the phase ``"other"`` is left out, else empty.
+    airborne
+        Whether the drone is in the air at a sample, as far as the log tells.
+    used
+        Whether the calibration uses a sample.
     packs
         Number of battery packs whose currents are added.
     notes, warnings
@@ -68,6 +72,8 @@ class FlightLog:
     samples: Columns
     phase: npt.NDArray[np.str_]
     reason: npt.NDArray[np.str_]
+    airborne: Booleans
+    used: Booleans
     packs: int = 1
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
@@ -79,9 +85,9 @@ class FlightLog:
         usual = float(np.median(np.diff(self.samples.time_s)))
         return np.where(spans > csv.WIDEST_STEP * usual / 2.0, usual, spans)
 
-    def shares(self, used: Booleans, words: str) -> Iterator[str]:
+    def shares(self, words: str) -> Iterator[str]:
         """Sentences on the share of the time that is used, and on the rest."""
-        step_s, total_s = self.step_s, float(np.sum(self.step_s))
+        used, step_s, total_s = self.used, self.step_s, float(np.sum(self.step_s))
         parts = [
             f"{np.sum(step_s[used & (self.phase == phase)]) / total_s:.0%} {phase}"
             for phase in (HOVER, FLIGHT, REST)
@@ -103,20 +109,22 @@ class FlightLog:
 
 def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     """The log with its phases; refused if it has no current or ends before it begins."""
-    samples, packs, notes, warnings = readings
+    samples, packs, notes, warnings, damaged = readings
     source, warned = label(path), [*warnings]
+    if damaged:
+        samples = _plausible(samples)
     current_A = samples.current_A
     known = np.isfinite(samples.time_s) & np.isfinite(current_A)
     for sign in csv.UNKNOWN["current"]:
         known &= ~np.isclose(current_A, sign, rtol=csv.ROUNDED_UNIT, atol=0.0)
     known &= np.all(np.abs([samples.time_s, current_A]) < csv.LARGEST, axis=0)
     samples = samples.only(known)
-    latest_s = np.maximum.accumulate(samples.time_s)
-    moves_on = samples.time_s > np.append(-np.inf, latest_s[:-1])
+    moves_on = in_order(samples.time_s)
     if (count := int(np.sum(~known))) and known.any():
         warned.append(f"{count} of {plural(len(known), 'sample')} have no current")
     if count := int(np.sum(~moves_on)):
-        warned.append(f"{count} of {plural(len(known), 'sample')} come later than they say")
+        words = f"{count} of {plural(len(known), 'sample')}"
+        warned.append(f"{words} have a time out of order and are left out")
     samples = samples.only(moves_on)
     current_A = samples.current_A
     if len(current_A) < 3 or not np.any(np.abs(current_A) > 0.0):
@@ -127,7 +135,7 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
         samples = samples._replace(current_A=-current_A)
         notes = [*notes, "the current is negative while discharging; its sign is turned"]
     samples = samples._replace(time_s=samples.time_s - samples.time_s[0])
-    phase, reason = _phases(samples)
+    phase, reason, airborne = _phases(samples)
     armed, landed = int(samples.armed[-1]), int(samples.landed[-1])
     if armed != 0 and (landed == 0 or (landed < 0 and armed == 1)):
         warned.append(IN_THE_AIR)
@@ -143,13 +151,27 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
             most = float(np.nanmax(np.abs(values)))
             warned += csv.unit_doubts(f"the largest {name}", most, name, name)
     return FlightLog(
-        *(source, format, samples, phase, reason, packs, heads),
+        *(source, format, samples, phase, reason, airborne, phase != OTHER, packs, heads),
         tuple(f"{source}: {words}" for words in warned),
     )
 
 
-def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_]]:
-    """What the drone does at each sample, and why a sample is left out."""
+def _plausible(samples: Columns) -> Columns:
+    """Samples of a damaged log without the values that no UAV has; its units are not in doubt."""
+
+    def known(kind: str, values: Floats) -> Floats:
+        _, most, _ = csv.USUAL[kind]
+        return np.where(np.abs(values) <= most, values, np.nan)
+
+    return samples._replace(
+        current_A=known("current", samples.current_A),
+        voltage_V=known("voltage", samples.voltage_V),
+        speed_m_s=known("speed", samples.speed_m_s),
+    )
+
+
+def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_], Booleans]:
+    """What the drone does at each sample, why a sample is left out, and whether it is airborne."""
     time_s, current_A, _, speed_m_s, climb_m_s, _, armed, landed = samples
     climb = np.abs(np.nan_to_num(climb_m_s))
     usual_A = float(np.percentile(current_A[current_A > 0.0], USUAL))
@@ -174,7 +196,9 @@ def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_
     }
     reason = np.select([*cases.values()], [*cases], CLIMBS)
     taken = np.isin(reason, (REST, HOVER, FLIGHT))
-    return np.where(taken, reason, OTHER), np.where(taken, "", reason)
+    # Without states and speeds, a low current is no landing: the discharge may be of a bench.
+    stands = down & ((landed >= 0) | (speed_m_s < STILL_m_s))
+    return np.where(taken, reason, OTHER), np.where(taken, "", reason), ~off & ~stands
 
 
 def runs(chosen: Booleans) -> Iterator[npt.NDArray[np.intp]]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Floats
 from optuav.calibration import csv
 from optuav.calibration.logs.flight_log import FLIGHT, HOVER, LASTING_S, FlightLog, runs
 from optuav.mission.files import refusal
@@ -17,8 +18,8 @@ FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full batter
 NO_VOLTAGE = "has no voltage: without it currents give no power"
 
 
-def steady(log: FlightLog) -> tuple[csv.Measurements, Booleans]:
-    """Points of steady level flight and hover, mean speed and power of each, and their samples."""
+def steady(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
+    """Points of steady level flight and hover, mean speed and power of each, and what they use."""
     time_s, current_A, voltage_V, speed_m_s, *_ = log.samples
     if not np.isfinite(voltage_V).any():
         raise refusal(Path(log.source), NO_VOLTAGE)
@@ -34,18 +35,43 @@ def steady(log: FlightLog) -> tuple[csv.Measurements, Booleans]:
                 speeds.append(float(np.mean(speed_m_s[part])) if phase == FLIGHT else 0.0)
                 powers.append(float(np.mean(current_A[part] * voltage_V[part])))
     numbers = {"speed": np.array(speeds), "power": np.array(powers)}
-    return _measurements(log.source, {"speed": "speed", "power": "power"}, numbers), used
+    points = _measurements(log.source, {"speed": "speed", "power": "power"}, numbers)
+    return points, replace(log, used=used)
 
 
-def discharge(log: FlightLog) -> csv.Measurements:
-    """The record of a discharge of one pack, or a refusal if it is not one from full to cut-off."""
-    charge = log.samples.charge[np.isfinite(log.samples.charge)]
+def discharge(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
+    """The record of a discharge of one pack, and what it uses; refused unless full to cut-off.
+
+    It ends with the last sample in the air. After landing a battery recovers: with what follows,
+    the time of cut-off would be too late.
+    """
+    time_s = log.samples.time_s
+    draws = log.airborne if log.airborne.any() else log.samples.current_A > 0.0
+    used = np.arange(len(time_s)) <= np.flatnonzero(draws)[-1]
+    samples = log.samples.only(used)
+    charge = samples.charge[np.isfinite(samples.charge)]
     if len(charge) and (charge[0] < FULL or charge[-1] > EMPTY):
         words = f"a record of one discharge, from at least {FULL:.0%} to at most {EMPTY:.0%}"
         ends = f"the log goes from {charge[0]:.0%} to {charge[-1]:.0%}"
         raise refusal(Path(log.source), f"{words} of the charge; {ends}".replace("%", " %"))
-    numbers = {"time": log.samples.time_s, "current": log.samples.current_A / log.packs}
-    return _measurements(log.source, {"time": "time", "current": "current"}, numbers)
+    notes, warnings = [*log.notes], [*log.warnings, *_gaps(log.source, samples.time_s)]
+    if not used.all():
+        after_s, end_s = time_s[-1] - samples.time_s[-1], samples.time_s[-1]
+        words = "the discharge ends with the last sample in the air"
+        left = f"{after_s:.1f} s after it are left out"
+        notes.append(f"{log.source}: {words}, at {end_s:.1f} s; {left}")
+    numbers = {"time": samples.time_s, "current": samples.current_A / log.packs}
+    record = _measurements(log.source, {"time": "time", "current": "current"}, numbers)
+    return record, replace(log, used=used, notes=tuple(notes), warnings=tuple(warnings))
+
+
+def _gaps(source: str, time_s: Floats) -> Iterator[str]:
+    """A warning of gaps, in which the current of a discharge is not known."""
+    steps_s = np.diff(time_s)
+    wide_s = steps_s[steps_s > csv.WIDEST_STEP * np.median(steps_s)] if len(steps_s) else steps_s
+    if len(wide_s):
+        words = "the log has no current: the current before each gap is used"
+        yield f"{source}: in gaps of {np.sum(wide_s):.1f} s in all {words}"
 
 
 def _measurements(

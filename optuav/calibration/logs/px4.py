@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+import re
+import struct
+from collections.abc import Iterable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,10 @@ from optuav.mission.files import refusal
 
 INSTALL = 'python -m pip install "optuav[logs]"'
 DAMAGED = "is damaged; what could be read is used"
+START, HEAD = 16, struct.Struct("<HB")  # first message; size of what follows a head, and kind
+KINDS, SUBSCRIBED, DATA = range(ord("A"), ord("Z") + 1), ord("A"), ord("D")
+SKIPPED = ord("Z")  # a kind that no writer uses and every reader skips
+LARGEST_SKIPPED = 9000  # bytes of a message that pyulog does not take for damage
 
 
 class Recorded(io.BufferedReader):
@@ -39,13 +45,23 @@ def read(path: Path) -> Readings:
         raise refusal(path, f"is a ULog of PX4, which needs pyulog: {INSTALL}") from None
     wanted = ["battery_status", "vehicle_local_position", "vehicle_gps_position", "sensor_gps"]
     wanted += ["actuator_armed", "vehicle_land_detected"]
+    content, damaged = _mended(path.read_bytes())
     try:
         nowhere = io.StringIO()
-        with Recorded(io.FileIO(path)) as file, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        with (
+            Recorded(io.BytesIO(content)) as file,
+            redirect_stdout(nowhere),
+            redirect_stderr(nowhere),
+        ):
             log = ULog(file, wanted)
     except Exception:  # pyulog raises errors of many kinds for damaged files
         raise refusal(path, "is a ULog of PX4 that is damaged or cut off") from None
-    warnings = [DAMAGED] if log.file_corruption else []
+    warnings = []
+    if damaged:
+        share = f"{100.0 * damaged / len(content):.2g} %"
+        warnings.append(f"has damaged parts: {share} of the file is skipped, and more may be wrong")
+    elif log.file_corruption:
+        warnings.append(DAMAGED)
     warnings += [CUT_OFF] if file.short else []
     if lost_s := sum(dropout.duration for dropout in log.dropouts) / 1e3:
         warnings.append(f"the logger dropped out for {lost_s:.1f} s in all")
@@ -69,7 +85,60 @@ def read(path: Path) -> Readings:
         for name, key in (("actuator_armed", "armed"), ("vehicle_land_detected", "landed"))
         if (found := messages[name])
     }
-    return Readings(*side_by_side(packs, velocity, states), warnings)
+    return Readings(*side_by_side(packs, velocity, states), warnings, bool(warnings))
+
+
+def _mended(content: bytes) -> tuple[bytes, int]:
+    """A log with its damaged parts made messages to skip, so that places stay, and their bytes.
+
+    pyulog believes the size of every message, so one wrong size may cost all that follows. Here a
+    message is whole if another one begins at its end; data must be of a subscription that is known,
+    and of the size of its first ones.
+    """
+    sizes, mended, place, damaged = dict[bytes, int](), bytearray(), START, 0
+
+    def end_of(start: int) -> int:
+        """The end of the message that begins here; 0 if none does."""
+        if start + HEAD.size > len(content):
+            return 0
+        size, kind = HEAD.unpack_from(content, start)
+        body = start + HEAD.size
+        wrong = kind == DATA and sizes.get(content[body : body + 2]) not in (0, size)
+        return 0 if kind not in KINDS or not size or wrong else body + size
+
+    def whole(start: int) -> int:
+        """The end of the message if it is whole, else 0."""
+        end, body = end_of(start), start + HEAD.size
+        if end and content[start + 2] == SUBSCRIBED:
+            sizes.setdefault(content[body + 1 : body + 3], 0)  # of a size that is not known yet
+        if not (end == len(content) or (end and end_of(end))):
+            return 0
+        if content[start + 2] == DATA:
+            sizes[content[body : body + 2]] = end - body
+        return end
+
+    def places_after(start: int) -> Iterable[int]:
+        """Where a message may begin after damage: data only, once sizes of data are known."""
+        least = start + HEAD.size + 1
+        if not any(sizes.values()):
+            return range(least, len(content))
+        return (match.start() - 2 for match in re.compile(b"D").finditer(content, least + 2))
+
+    while place < len(content):
+        if end := whole(place):
+            place = end
+            continue
+        after = next(filter(whole, places_after(place)), None)
+        if after is None:  # The last message, which is cut off
+            break
+        mended = mended or bytearray(content)
+        damaged += after - place
+        while place < after:
+            left = after - place
+            size = left if left <= LARGEST_SKIPPED else min(LARGEST_SKIPPED, left - HEAD.size - 1)
+            HEAD.pack_into(mended, place, size - HEAD.size, SKIPPED)
+            place += size
+    return bytes(mended) if mended else content, damaged
 
 
 def _column(message: Mapping[str, Any], key: str) -> Floats:
