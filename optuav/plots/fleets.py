@@ -86,21 +86,27 @@ def courses_drawn(
     title: str,
     ax: Axes | None = None,
     clock: Callable[[float], datetime] | None = None,
+    lost: tuple[int, float] | None = None,
 ) -> Axes:
     """Draw a bar per drone with its turns until an end [s], and below when one is on station.
 
-    Times are hours, or clock times where the clock tells the moment after so many seconds.
+    Times are hours, or clock times where the clock tells the moment after so many seconds. The bar
+    of a drone that is lost, by its number, ends when it fails [s].
     """
     ax = ax or style.page(1.6 + 0.28 * len(courses)).subplots()
     waits = any(turn.wait_s > 0.0 for course in courses for turn in course)
     kinds = {"fly": "flight", "hover": "hover", "rest": "rest"} | ({"wait": None} if waits else {})
     colours = {words: PHASES[kind] if kind else style.PALE for words, kind in kinds.items()}
     for number, course in enumerate(courses):
+        ends_s = end_s
+        if lost is not None and lost[0] == number + 1:
+            ends_s = min(end_s, lost[1])
+            ax.text(ends_s / 3600.0, number, " ✕ failed", va="center")
         for order, turn in enumerate(course):
             begin_s, leg = turn.offset_s, ("fly", 0.5 * turn.flight_s)
             stays = leg, ("hover", turn.hover_s), leg, ("rest", turn.rest_s), ("wait", turn.wait_s)
             for words, lasts_s in stays:
-                if (shown_s := min(lasts_s, end_s - begin_s)) > 0.0:
+                if (shown_s := min(lasts_s, ends_s - begin_s)) > 0.0:
                     span = [(begin_s / 3600.0, shown_s / 3600.0)]
                     rim = (
                         {"linewidth": 1.5, "zorder": 2.0} if words == "fly" else {"linewidth": 0.0}
