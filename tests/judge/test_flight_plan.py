@@ -319,7 +319,7 @@ def test_our_own_exports_come_back(tmp_path: Path, name: str, suffix: str) -> No
 def test_exports_over_several_devices_come_back(tmp_path: Path, suffix: str) -> None:
     """Each hover with its seconds, and no word on devices: a flight plan flies for none."""
     plan = plan_over_three()
-    plan.export(tmp_path / f"own{suffix}")
+    plan.export(tmp_path / f"own{suffix}", force=True)
     hovers_s = list[float]()
     for file in sorted(tmp_path.glob(f"*{suffix}")):
         verdict, _ = judged(file, plan.mission)
