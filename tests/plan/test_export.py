@@ -235,7 +235,7 @@ def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
 def test_a_battery_that_climbs_empty_is_refused_with_the_reserve_that_helps(
     mission: str, tmp_path: Path
 ) -> None:
-    """With the values that the refusal names, the first flight lands with charge, says the judge."""
+    """With the values that the refusal names, the first flight keeps charge, says the judge."""
     place = optuav.load(mission).replace({**BERLIN, "limits.keep_soc": "end"})
     plan, file = optuav.solve(place), tmp_path / "a.plan"
     with pytest.raises(InputError, match="climbs, the plan cannot be flown") as refused_plan:
