@@ -101,13 +101,8 @@ def save_flights(
     event: EventRoster, directory: str | Path, start: str | datetime, climb_m: float | None = None
 ) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
-    folder, faults = path_of(directory, "directory"), list[Fault]()
-    if climb_m is not None:
-        faults += misfits(("climb_m", climb_m, CLIMB))
-    if (begin := _moment(start)) is None:
-        words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
-        faults.append(Fault("start", shown(start), words))
-    refuse(faults)
+    folder, begin = path_of(directory, "directory"), _moment(start)
+    refuse(faults_of_flights(start, climb_m))
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
@@ -150,6 +145,15 @@ def save_flights(
     from optuav.plots import save_figures
 
     return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
+
+
+def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
+    """Yield the faults of a start and of a climb."""
+    if climb_m is not None:
+        yield from misfits(("climb_m", climb_m, CLIMB))
+    if _moment(start) is None:
+        words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
+        yield Fault("start", shown(start), words)
 
 
 def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
