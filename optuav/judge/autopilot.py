@@ -131,7 +131,7 @@ def _add_items(
 ) -> None:
     """Add simple items to rows, and those that patterns carry; and the faults of all others."""
     for number, item in enumerate(items):
-        name, at = f"{before}item {number + 1}", f"{key}[{number}]"
+        name, at = f"item {before}{number + 1}", f"{key}[{number}]"
         with collected(faults):
             if not isinstance(item, dict):
                 raise InputError([Fault(at, _as_stated(item), TABLE.words, label(file))])
@@ -146,7 +146,7 @@ def _add_items(
             carried = _value(item[pattern], "Items", LIST, file, f"{at}.{pattern}.")
             notes.append(f"{name} ({kind}) is flown by the {len(carried)} items that it carries")
             inside = f"{at}.{pattern}.Items"
-            _add_items(carried, rows, notes, faults, file, inside, f"{name}, ")
+            _add_items(carried, rows, notes, faults, file, inside, f"{before}{number + 1}.")
 
 
 def _simple(item: Any, name: str, file: Path, at: str) -> MavlinkItem:

@@ -238,6 +238,7 @@ def test_pymavlink_reads_and_writes_the_same_text(tmp_path: Path) -> None:
     assert first.to_dict()["items"] == second.to_dict()["items"]
 
 
+MARK = "<kml><Placemark><Point><coordinates>13,52</coordinates></Point></Placemark></kml>"
 KML = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><name>Path</name><LineString>
 <altitudeMode>relativeToGround</altitudeMode>
@@ -343,7 +344,7 @@ def test_patterns_fly_the_items_that_they_carry(tmp_path: Path) -> None:
     }
     bare = {"type": "ComplexItem", "complexItemType": "StructureScan", "version": 3}
     _, subject = judged(plan(tmp_path, [SQUARE[0], survey, SQUARE[-1]]))
-    assert [name for name, _ in subject.flown][:3] == ["item 1", "item 2, item 1", "item 2, item 3"]
+    assert [name for name, _ in subject.flown][:3] == ["item 1", "item 2.1", "item 2.3"]
     assert "item 2 (survey) is flown by the 3 items that it carries" in subject.notes
     with pytest.raises(InputError, match=r"item 2 \(StructureScan\): is a pattern that carries no"):
         optuav.audit(plan(tmp_path, [SQUARE[0], bare]), "relay-today")
@@ -444,12 +445,32 @@ def test_a_wrong_value_of_a_plan_is_named_by_its_key(
             "must be a list of coordinates longitude,latitude,height",
         ),
         ("a.kml", KML.replace("LineString", "LinearRing"), "has no line or points to fly along"),
+        ("a.kml", MARK, "has no line to fly along, and its points have no heights"),
     ],
 )
 def test_damaged_files_are_refused(tmp_path: Path, name: str, content: str, told: str) -> None:
     (file := tmp_path / name).write_text(content)
     with pytest.raises(InputError, match=told):
         optuav.audit(file, "relay-today")
+
+
+def test_a_kmz_is_to_be_unpacked(tmp_path: Path) -> None:
+    (file := tmp_path / "a.kml").write_bytes(b"PK\x03\x04\xff\xfe")
+    with pytest.raises(InputError, match="unpack a [.]kmz"):
+        optuav.audit(file, "relay-today")
+
+
+def test_a_plan_that_lands_with_its_reserve_is_at_it(tmp_path: Path) -> None:
+    """A reserve that is missed by rounding is no "<0.01 % below" beside FLYABLE."""
+    file = plan(tmp_path, SQUARE)
+    verdict, _ = judged(file)
+    assert verdict.replay is not None
+    left = verdict.replay.soc["battery"]
+    for more, told in ((5e-7, "at the reserve;"), (-5e-7, "at the reserve;"), (-0.1, "10 % above")):
+        mission = optuav.load("relay-today").replace({"limits.min_soc": left + more})
+        again, _ = judged(file, mission)
+        assert again.flyable
+        assert told in words(str(again))
 
 
 def test_all_wrong_values_are_named_with_what_they_are(tmp_path: Path) -> None:
