@@ -38,7 +38,7 @@ BINARY = (
     (
         0,
         b"PK\x03\x04",
-        "a zip file or one that is packed like it; unpack a .kmz, save an .xlsx as .csv",
+        "a zip file or packed like one; unpack a .kmz, save an .xlsx as .csv",
     ),
     (0, b"\x1f\x8b", "packed by gzip; unpack it"),
     (0, b"BZh", "packed by bzip2; unpack it"),
