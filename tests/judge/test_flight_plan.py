@@ -454,6 +454,21 @@ def test_damaged_files_are_refused(tmp_path: Path, name: str, content: str, told
         optuav.audit(file, "relay-today")
 
 
+def test_the_picture_of_a_flight_plan_is_its_own(tmp_path: Path) -> None:
+    """Named by its file, with climb and descent, without the band of a relay's hovers."""
+    file = plan(tmp_path, [item(22, 0, 0, 0, None, *HOME[:2], 400), *SQUARE[1:2], SQUARE[-1]])
+    verdict, _ = judged(file)
+    assert verdict.replay is not None
+    axes = optuav.plots.profile(verdict.replay)
+    assert axes.altitude.get_title(loc="left").startswith("survey.plan: flight over time")
+    named = {text.get_text() for text in axes.altitude.texts}
+    assert "climb" in named
+    legend = axes.power.get_legend()
+    assert legend is not None
+    assert "altitudes for hovering" not in {text.get_text() for text in legend.get_texts()}
+    assert len(axes.altitude.lines) == 1
+
+
 def test_a_kmz_is_to_be_unpacked(tmp_path: Path) -> None:
     (file := tmp_path / "a.kml").write_bytes(b"PK\x03\x04\xff\xfe")
     with pytest.raises(InputError, match=r"unpack a \.kmz"):

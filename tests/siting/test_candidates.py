@@ -160,6 +160,9 @@ def test_sites_that_become_candidates_have_one_number(tmp_path: Path) -> None:
     ).to_file(source)
     sites = optuav.place_laser(HERE, source, refine=False).save(tmp_path / "b.geojson")
     again = optuav.place_laser(HERE, sites, refine=False)
+    named = optuav.place_laser(HERE, source, refine=False)
+    labels = {text.get_text() for text in optuav.plots.sites(named).texts}
+    assert labels == {{0: "North (0)", 1: "1"}[number] for number in named.selection.sites}
     (number,) = again.selection.sites
     assert geopandas.read_file(again.save(tmp_path / "c.geojson"))["name"][0] in (
         f"North (site {number})",
