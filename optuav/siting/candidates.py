@@ -40,7 +40,7 @@ class Candidates(NamedTuple):
     names: tuple[str, ...] = ()
 
 
-class MapPoint(NamedTuple):
+class CandidatePoint(NamedTuple):
     """A point of a file, by its angles [deg]; as high as the laser where z is None [m]."""
 
     longitude_deg: float
@@ -49,7 +49,7 @@ class MapPoint(NamedTuple):
     name: str
 
 
-def points_of(source: str | Path, step_m: float | None = None) -> list[MapPoint] | None:
+def points_of(source: str | Path, step_m: float | None = None) -> list[CandidatePoint] | None:
     """Return the points of a GeoJSON file, None of a grid; refused with all faults."""
     faults, points = list[Fault](), None
     if step_m is not None:
@@ -95,7 +95,7 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     )
 
 
-def _read(path: Path) -> list[MapPoint]:
+def _read(path: Path) -> list[CandidatePoint]:
     """Points of a GeoJSON file."""
     if path.suffix.lower() not in (".geojson", ".json"):
         words = f'"{GRID}", or a file of points that ends in .geojson or .json; {CONVERTS}'
@@ -107,7 +107,7 @@ def _read(path: Path) -> list[MapPoint]:
 
 
 def _on_plane(
-    points: Sequence[MapPoint], missions: Sequence[Mission], height_m: float
+    points: Sequence[CandidatePoint], missions: Sequence[Mission], height_m: float
 ) -> Candidates:
     """Points on the plane of the missions; needs pyproj."""
     without = [mission for mission in missions if stated_system(mission) is None]
@@ -128,7 +128,7 @@ def _on_plane(
     return Candidates(np.column_stack([x_m, y_m, z_m]), tuple(point.name for point in points))
 
 
-def _points(document: Any, source: str) -> list[MapPoint]:
+def _points(document: Any, source: str) -> list[CandidatePoint]:
     """The point of each feature; refused with all faults."""
     features: Any = document.get("features") if isinstance(document, dict) else None
     if features == []:
@@ -137,7 +137,7 @@ def _points(document: Any, source: str) -> list[MapPoint]:
         raise InputError(
             [Fault("", "", f"needs a FeatureCollection, each feature with {POINTS}", source)]
         )
-    faults, points = list[Fault](), list[MapPoint]()
+    faults, points = list[Fault](), list[CandidatePoint]()
     stated = str(document.get("crs") or "CRS84")
     if "CRS84" not in stated and "4326" not in stated:
         faults.append(Fault("crs", stated, "longitudes and latitudes in WGS 84", source))
@@ -159,6 +159,6 @@ def _points(document: Any, source: str) -> list[MapPoint]:
             name = facts.get("name", facts.get("Name"))
             own = "" if name is None else OF_A_SITE.sub("", f"{name}")
             height_m = float(z_m) if "z_m" in facts else None
-            points.append(MapPoint(float(at[0]), float(at[1]), height_m, own))
+            points.append(CandidatePoint(float(at[0]), float(at[1]), height_m, own))
     refuse(faults)
     return points
