@@ -33,6 +33,8 @@ def place(
 
     Exit code 1 if no laser gives any mission a plan.
     """
+    from optuav.siting.candidates import GRID, points_of
+
     faults, loaded = list[Fault](), []
     with collected(faults):
         check_places(save, plot, ".geojson", ".kml", ".json", file_only="--save")
@@ -43,13 +45,13 @@ def place(
         from optuav.siting.place_laser import option_faults
 
         faults += option_faults(lasers, objective, at_least_s, perspective)
+        with collected(faults):
+            points_of(candidates, step_m)
     refuse(faults)
     if save is not None and save.suffix.lower() != ".json":
         from optuav.plan.export import system_on_earth
 
         system_on_earth(loaded[0])  # Refused before the work
-    from optuav.siting.candidates import GRID
-
     with progress("hover times") as bar:
         placed = optuav.place_laser(
             loaded,

@@ -52,6 +52,17 @@ def coverage(
     faults += [*_goes_with("hours", hours, of_event), *_goes_with("flights", flights, of_flights)]
     if flights is not None and start is None:
         faults.append(Fault("start", "", "is missing: --flights needs when the event begins"))
+    elif flights is not None:
+        from optuav.service.flights import faults_of_flights
+
+        faults += faults_of_flights(start, climb_m)
+    apart_m: tuple[float, ...] | None = None
+    if separation_m is not None and hours is not None:
+        from optuav.service.cycle import step_of
+
+        numbers = numbers_in(separation_m)
+        with collected(faults):
+            apart_m = step_of(numbers[0] if len(numbers) == 1 else numbers or separation_m)
     with collected(faults):
         cycle = optuav.coverage(
             out.mission(mission),
@@ -71,14 +82,13 @@ def coverage(
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
     if hours is not None:
-        step_m = None if separation_m is None else numbers_in(separation_m)
         with progress() as bar:
             results = event = cycle.event(
                 hours,
                 drones,
                 bar,
                 overlap_s=overlap_s,
-                separation_m=step_m[0] if step_m and len(step_m) == 1 else step_m,
+                separation_m=apart_m,
             )
         if flights is not None:
             assert start is not None

@@ -153,11 +153,12 @@ def audit(
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
+    faults = list[Fault]()
     if plot is not None:
         from optuav.plots.files import SEVERAL
 
-        check_places(plot, None, *SEVERAL, file_only="--plot")
-    faults = list[Fault]()
+        with collected(faults):
+            check_places(plot, None, *SEVERAL, file_only="--plot")
     with collected(faults):
         judged = optuav.audit(plan, drone)
     refuse(by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission") for fault in faults)

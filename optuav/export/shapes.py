@@ -34,8 +34,8 @@ def kml(course: PlanOnEarth) -> str:
         mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
         named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
         _leaf(mark, "name", step.kind if step.kind == step.place else named)
-        speed = f", at most {max(step.level_speeds_m_s):.9g} m/s level" if flies else ""
-        _leaf(mark, "description", f"{step.duration_s:.9g} s{speed}")
+        speed = f", at most {max(step.level_speeds_m_s):.5g} m/s level" if flies else ""
+        _leaf(mark, "description", f"{round(step.duration_s, 3):.10g} s{speed}")
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
         _leaf(shape, "altitudeMode", "absolute")
         altitudes_m = _altitudes_m(course, step)

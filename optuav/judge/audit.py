@@ -183,9 +183,11 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
     """The margin of a flight plan, and the last items from which places are in reach."""
     mission, least = judged.subject.mission, min(row.available for row in along)
     left, reserve = along[-1].charge, mission.limits.min_soc
-    words = f"{percent(left)} of the charge left, {percent(abs(left - reserve))}"
-    side = "above" if left >= reserve else "below"
-    yield "Margin", f"{words} {side} the reserve; available well at least {percent(least)} full"
+    side = f"{percent(abs(left - reserve))} {'above' if left >= reserve else 'below'} the reserve"
+    if abs(left - reserve) <= TOLERANCE:
+        side = "at the reserve"
+    well = f"available well at least {percent(least)} full"
+    yield "Margin", f"{percent(left)} of the charge left, {side}; {well}"
     speed_m_s = math.hypot(*mission.wind.velocity_m_s)
     yield "Wind", f"{speed_m_s:g} m/s" + ("" if speed_m_s else ", none is stated")
     if along[0].home is None:

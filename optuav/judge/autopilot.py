@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, InputError, collected, decimal, refuse
 from optuav.judge.kml_path import kml_flight
 from optuav.judge.mavlink import (
     NO_ITEMS,
@@ -29,15 +29,18 @@ from optuav.mission.messages import shown
 
 SUFFIXES = (".plan", ".waypoints", ".kml")
 LARGEST = 20_000_000  # bytes
+FIELDS = "must be twelve: number, current, frame, command, seven figures, continue"
 CALCULATED_OVER_TERRAIN = 3  # QGroundControl's mode of heights that it computes itself
 
 
 def flight_of(file: Path) -> StatedFlight:
     """The flight in a file, by its content; refused with every item that is not simple."""
     text, source = read_text(file, LARGEST), label(file)
-    if re.match(r"\s*QGC WPL", text):
-        home, rows = _of_waypoints(text, file)
-        return flight_of_items(file, home, rows, math.nan, [])
+    if (version := re.match(r"\s*QGC WPL\s*(\S*)", text)) is not None:
+        if version[1] != "110":
+            words = f"is a text of waypoints of version {version[1] or 'unknown'}"
+            raise refusal(file, f"{words}; optuav reads version 110")
+        return _of_waypoints(text, file)
     what = named(text.encode())
     if what and what.words.startswith("KML"):
         return kml_flight(text, file)
@@ -56,13 +59,20 @@ def flight_of(file: Path) -> StatedFlight:
     if versions != (1, 2):
         words = f"versions 1 of the plan and 2 of its mission, not {versions[0]}, {versions[1]}"
         raise refusal(file, f"is a plan of another version: {words}")
-    latitude, longitude, altitude_m = _value(mission, "plannedHomePosition", HOME, file, "mission.")
-    speed_m_s = math.nan
+    home, speed_m_s, faults = (math.nan,) * 3, math.nan, list[Fault]()
+    rows, items = list[MavlinkItem](), []
+    with collected(faults):
+        latitude, longitude, altitude_m = _value(
+            mission, "plannedHomePosition", HOME, file, "mission."
+        )
+        home = longitude, latitude, altitude_m
     if mission.get("hoverSpeed") is not None:
-        speed_m_s = float(_value(mission, "hoverSpeed", SPEED, file, "mission."))
-    items = _value(mission, "items", LIST, file, "mission.")
-    rows = [*_items(items, notes, file, "mission.items")]
-    return flight_of_items(file, (longitude, latitude, altitude_m), rows, speed_m_s, notes)
+        with collected(faults):
+            speed_m_s = float(_value(mission, "hoverSpeed", SPEED, file, "mission."))
+    with collected(faults):
+        items = _value(mission, "items", LIST, file, "mission.")
+    _add_items(items, rows, notes, faults, file, "mission.items")
+    return flight_of_items(file, home, rows, speed_m_s, notes, faults)
 
 
 class ItemForm(NamedTuple):
@@ -76,10 +86,14 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _is_numbers(value: object, count: int, *, empty: bool) -> bool:
-    """Return whether a value is a list of so many numbers, some perhaps null."""
-    is_list = isinstance(value, list) and len(value) == count
-    return is_list and all(_is_number(x) or (empty and x is None) for x in cast(list[Any], value))
+def _is_place(value: object) -> bool:
+    """Return whether a value is a list of three numbers."""
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
+
+
+def _as_stated(value: object) -> str:
+    """A value of a file in JSON as a short text."""
+    return "null" if value is None else shown(value)
 
 
 NUMBER = ItemForm(_is_number, "a number")
@@ -89,11 +103,11 @@ TABLE = ItemForm(lambda value: isinstance(value, dict), "a table")
 TEXT = ItemForm(lambda value: isinstance(value, str), "a text")
 LIST = ItemForm(lambda value: isinstance(value, list), "a list")
 HOME = ItemForm(
-    lambda value: _is_numbers(value, 3, empty=False),
+    _is_place,
     "three numbers: latitude and longitude [deg], altitude [m]",
 )
 PARAMETERS = ItemForm(
-    lambda value: _is_numbers(value, 7, empty=True), "a list of 7 numbers or null"
+    lambda value: isinstance(value, list) and len(value) == 7, "a list of 7 numbers or null"
 )
 
 
@@ -101,57 +115,90 @@ def _value(table: Any, key: str, form: ItemForm, file: Path, before: str = "") -
     """The value of a key of a plan; refused by its name if it is missing or of another form."""
     value = table.get(key)
     if not form.accepts(value):
-        stated = shown(value) if key in table else ""
+        stated = _as_stated(value) if key in table else ""
         raise InputError([Fault(f"{before}{key}", stated, form.words, label(file))])
     return value
 
 
-def _items(
-    items: Sequence[Any], notes: list[str], file: Path, key: str, before: str = ""
-) -> Iterator[MavlinkItem]:
-    """Simple items, and those that patterns carry."""
-    for number, each in enumerate(items):
-        name, at = f"{before}item {number + 1}", f"{key}[{number}]"
-        if not isinstance(each, dict):
-            raise InputError([Fault(at, shown(each), TABLE.words, label(file))])
-        if _value(each, "type", TEXT, file, f"{at}.") == "SimpleItem":
-            stated = _value(each, "params", PARAMETERS, file, f"{at}.")
-            numbers = [math.nan if value is None else float(value) for value in stated]
-            frame = int(_value({"frame": NOWHERE} | each, "frame", WHOLE, file, f"{at}."))
-            if math.isnan(numbers[6]) and each.get("AltitudeMode") == CALCULATED_OVER_TERRAIN:
-                numbers[6] = float(_value(each, "Altitude", NUMBER, file, f"{at}."))
-                frame = TERRAIN[0]
-            command = int(_value(each, "command", WHOLE, file, f"{at}."))
-            yield MavlinkItem(name, command, frame, tuple(numbers))
-            continue
-        kind = str(each.get("complexItemType", "pattern"))
-        pattern = "TransectStyleComplexItem"
-        if pattern not in each or "Items" not in _value(each, pattern, TABLE, file, f"{at}."):
-            yield MavlinkItem(f"{name} ({kind})", NO_ITEMS, NOWHERE, (math.nan,) * 7)
-            continue
-        carried = _value(each[pattern], "Items", LIST, file, f"{at}.{pattern}.")
-        notes.append(f"{name} ({kind}) is flown by the {len(carried)} items that it carries")
-        yield from _items(carried, notes, file, f"{at}.{pattern}.Items", f"{name}, ")
+def _add_items(
+    items: Sequence[Any],
+    rows: list[MavlinkItem],
+    notes: list[str],
+    faults: list[Fault],
+    file: Path,
+    key: str,
+    before: str = "",
+) -> None:
+    """Add simple items to rows, and those that patterns carry; and the faults of all others."""
+    for number, item in enumerate(items):
+        name, at = f"item {before}{number + 1}", f"{key}[{number}]"
+        with collected(faults):
+            if not isinstance(item, dict):
+                raise InputError([Fault(at, _as_stated(item), TABLE.words, label(file))])
+            if _value(item, "type", TEXT, file, f"{at}.") == "SimpleItem":
+                rows.append(_simple(item, name, file, at))
+                continue
+            kind = str(item.get("complexItemType", "pattern"))
+            pattern = "TransectStyleComplexItem"
+            if pattern not in item or "Items" not in _value(item, pattern, TABLE, file, f"{at}."):
+                rows.append(MavlinkItem(f"{name} ({kind})", NO_ITEMS, NOWHERE, (math.nan,) * 7))
+                continue
+            carried = _value(item[pattern], "Items", LIST, file, f"{at}.{pattern}.")
+            notes.append(f"{name} ({kind}) is flown by the {len(carried)} items that it carries")
+            inside = f"{at}.{pattern}.Items"
+            _add_items(carried, rows, notes, faults, file, inside, f"{before}{number + 1}.")
 
 
-def _of_waypoints(text: str, file: Path) -> tuple[tuple[float, float, float], list[MavlinkItem]]:
-    """Home and the items of MAVLink's text."""
-    rows, source = list[MavlinkItem](), label(file)
+def _simple(item: Any, name: str, file: Path, at: str) -> MavlinkItem:
+    """A simple item; refused with all faults."""
+    faults, frame, command = list[Fault](), NOWHERE, NO_ITEMS
+    numbers: tuple[float, ...] = (math.nan,) * 7
+    with collected(faults):
+        stated = _value(item, "params", PARAMETERS, file, f"{at}.")
+        wrong = [n for n, x in enumerate(stated) if not (x is None or _is_number(x))]
+        where = f"{at}.params"
+        refuse(
+            Fault(f"{where}[{n}]", shown(stated[n]), "a number or null", label(file)) for n in wrong
+        )
+        numbers = tuple(math.nan if value is None else float(value) for value in stated)
+    with collected(faults):
+        frame = int(_value({"frame": NOWHERE} | item, "frame", WHOLE, file, f"{at}."))
+    with collected(faults):
+        if math.isnan(numbers[6]) and item.get("AltitudeMode") == CALCULATED_OVER_TERRAIN:
+            height_m = float(_value(item, "Altitude", NUMBER, file, f"{at}."))
+            numbers, frame = (*numbers[:6], height_m), TERRAIN[0]
+    with collected(faults):
+        command = int(_value(item, "command", WHOLE, file, f"{at}."))
+    refuse(faults)
+    return MavlinkItem(name, command, frame, numbers)
+
+
+def _of_waypoints(text: str, file: Path) -> StatedFlight:
+    """The flight of MAVLink's text."""
+    rows, source, faults = list[MavlinkItem](), label(file), list[Fault]()
     for number, line in enumerate(text.splitlines()[1:], start=2):
         if not line.strip() or line.startswith("#"):
             continue
-        cells = line.split()
-        try:
-            if len(cells) != 12:
-                raise ValueError
+        cells, here = line.split(), f"{source}, line {number}"
+        if len(cells) != 12:
+            faults.append(Fault("fields", f"{len(cells)}", FIELDS, here))
+            continue
+        wrong = [n for n, cell in enumerate(cells) if not _is_decimal(cell)]
+        faults += (Fault(f"field {n + 1}", shown(cells[n]), "a number", here) for n in wrong)
+        if not wrong:
             name, _, frame, command, *numbers, _ = map(decimal, cells)
-        except ValueError:
-            words = (
-                "a line of twelve numbers: number, current, frame, command, seven figures, continue"
-            )
-            raise InputError([Fault("", "", words, f"{source}, line {number}")]) from None
-        rows.append(MavlinkItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
+            rows.append(MavlinkItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
     if not rows:
+        refuse(faults)
         raise refusal(file, "has no items: is it cut off?")
     latitude, longitude, altitude_m = rows[0].numbers[4:]
-    return (longitude, latitude, altitude_m), rows[1:]
+    home = longitude, latitude, altitude_m
+    return flight_of_items(file, home, rows[1:], math.nan, [], faults)
+
+
+def _is_decimal(text: str) -> bool:
+    """Return whether a text is a number, and not infinite."""
+    try:
+        return not math.isinf(decimal(text))
+    except ValueError:
+        return False

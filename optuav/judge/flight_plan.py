@@ -52,6 +52,8 @@ class FlightPlan(Itinerary):
         The moves, with the item of each.
     notes
         Sentences on what is not flown as the plan says.
+    name
+        Of its file.
 
     Examples
     --------
@@ -68,9 +70,14 @@ class FlightPlan(Itinerary):
 
     flown: tuple[tuple[str, Move], ...]
     notes: tuple[str, ...]
+    name: str
 
     def __init__(
-        self, mission: Mission, flown: Sequence[tuple[str, Move]], notes: Sequence[str]
+        self,
+        mission: Mission,
+        flown: Sequence[tuple[str, Move]],
+        notes: Sequence[str],
+        name: str = "",
     ) -> None:
         stays = ((move.end_place, move) for _, move in flown)
         super().__init__(
@@ -82,6 +89,7 @@ class FlightPlan(Itinerary):
         )
         object.__setattr__(self, "flown", tuple(flown))
         object.__setattr__(self, "notes", tuple(notes))
+        object.__setattr__(self, "name", name)
 
     def moves(self) -> Iterator[Move]:
         """Yield the moves in order."""
@@ -204,7 +212,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     flown = [*_moves(goals, home, mission)]
     if not flown:
         raise refusal(file, "has no item that flies anywhere")
-    return FlightPlan(mission, flown, notes)
+    return FlightPlan(mission, flown, notes, file.name)
 
 
 def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
@@ -324,11 +332,11 @@ def reached(
         available = sum(float(wells.available_As) for wells in wells_of)
         share = available / (full_As * len(wells_of))
         figures = phase.end_s, charge, share, home[number], roof[number]
-        rows.append(Reached(item, _what(phase), *figures))
+        rows.append(Reached(item, kind_of(phase), *figures))
     return tuple(rows)
 
 
-def _what(phase: SimulatedPhase) -> str:
+def kind_of(phase: SimulatedPhase) -> str:
     """The kind of a phase; a flight straight up or down by its direction."""
     (x, y, z), *_, (u, v, w) = phase.points_m
     if phase.kind == "flight" and math.hypot(u - x, v - y) <= SAME_PLACE_m:

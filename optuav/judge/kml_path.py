@@ -39,6 +39,8 @@ def kml_flight(text: str, file: Path) -> StatedFlight:
             continue  # A label beside the path
         mode = facts.get("altitudeMode", "clampToGround")
         if mode not in ("absolute", "relativeToGround"):
+            if not has_lines:
+                raise refusal(file, "has no line to fly along, and its points have no heights")
             words = "an altitudeMode, absolute or relativeToGround, with a height of each corner"
             raise InputError([Fault(name, shown(mode), words, label(file))])
         over: Literal["home", "sea"] = "sea" if mode == "absolute" else "home"

@@ -69,12 +69,15 @@ def flight_of_items(
     items: Sequence[MavlinkItem],
     speed_m_s: float,
     notes: list[str],
+    faults: Sequence[Fault] = (),
 ) -> StatedFlight:
     """The flight of items from home: longitude, latitude [deg], altitude [m]; and notes added.
 
     Speeds are `speed_m_s` [m/s] until an item changes them. `InputError` with every item that is
-    not simple.
+    not simple, after faults of the file.
     """
+    if faults:
+        refuse([*faults, *_faults(items, label(file))])
     if len(items) > MOST_PLACES:
         raise refusal(file, f"has more than {MOST_PLACES} items")
     if not on_earth(*home[:2]):
@@ -127,7 +130,8 @@ def _faults(items: Iterable[MavlinkItem], source: str) -> Iterator[Fault]:
             if not math.isnan(latitude + longitude) and not on_earth(longitude, latitude):
                 yield Fault(name, shown((longitude, latitude)), EARTH, source)
             elif not math.isfinite(height_m):
-                yield Fault(name, "", "a height as a number", source)
+                stated = "null" if math.isnan(height_m) else shown(height_m)
+                yield Fault(f"{name}, height", stated, "a number [m]", source)
 
 
 def _steps(

@@ -35,7 +35,11 @@ BINARY = (
     (8, b"\xfe", "a telemetry log of MAVLink (.tlog); the drone's own log is a .ulg or .bin"),
     (8, b"\xfd", "a telemetry log of MAVLink (.tlog); the drone's own log is a .ulg or .bin"),
     (16, b"BUILD", "a DAT file of DJI; DatCon converts it to CSV"),
-    (0, b"PK\x03\x04", "a zip file or one that is packed like it, such as .kmz or .xlsx"),
+    (
+        0,
+        b"PK\x03\x04",
+        "a zip file or packed like one; unpack a .kmz, save an .xlsx as .csv",
+    ),
     (0, b"\x1f\x8b", "packed by gzip; unpack it"),
     (0, b"BZh", "packed by bzip2; unpack it"),
     (0, b"\xfd7zXZ", "packed by xz; unpack it"),
@@ -65,10 +69,13 @@ TEXT = (
         "a plan of QGroundControl; optuav audit takes it with --mission",
     ),
     (r'\{(?s:.*)"kind"\s*:\s*"optuav plan"', "a saved plan; optuav show and audit take it"),
-    (r'\{(?s:.*)"(osm3s|generator"\s*:\s*"Overpass)', "Overpass JSON; optuav city takes it"),
-    (r'\{(?s:.*)"type"\s*:\s*"CityJSON', "CityJSON; optuav city takes it"),
+    (
+        r'\{(?s:.*)"(osm3s|generator"\s*:\s*"Overpass)',
+        "Overpass JSON; optuav city takes it under a name in .json",
+    ),
+    (r'\{(?s:.*)"type"\s*:\s*"CityJSON', "CityJSON; optuav city takes it under a name in .json"),
     (r'\{(?s:.*)"type"\s*:\s*"Topology"', "TopoJSON; ogr2ogr, which comes with GDAL, converts it"),
-    (r'\{(?s:.*)"type"\s*:\s*"Feature', "GeoJSON; optuav city takes it"),
+    (r'\{(?s:.*)"type"\s*:\s*"Feature', "GeoJSON; optuav city takes it under a name in .geojson"),
     (r"\{(?s:.*)\"asset\"\s*:", "a glTF model, which has no place on Earth"),
 )
 

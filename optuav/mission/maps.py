@@ -56,9 +56,11 @@ def check_map(file: Path) -> None:
         if (ending := file.suffix.lower()) not in HEADS:
             with file.open("rb") as content:
                 what = named(content.read(FIRST))
-            is_known = f"is {what.name}, and " if what else ""
+            is_known = f"is {what.name}" if what else "has no suffix of a map"
             advice = (what.advice if what else "") or CONVERTS
-            raise refusal(file, f"{is_known}has none of the suffixes {known()}; {advice}")
+            if what and "optuav city" in what.words:
+                raise refusal(file, f"is {what.words}")
+            raise refusal(file, f"{is_known}; {advice}. Suffixes of maps are {known()}")
         (at, start), beside = HEADS[ending], file.with_suffix(".shx")
         for part in [file, beside] if ending == ".shp" and beside.is_file() else [file]:
             with part.open("rb") as content:

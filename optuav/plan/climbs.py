@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from math import isfinite
+from math import ceil, floor, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,10 @@ from optuav.physics.quantity import Quantity
 from optuav.plan.data import JUDGES_TOLERANCE
 from optuav.presentation.numbers import percent, percent_apart
 
+EMPTY = "cannot be flown: the battery is empty on the way"
+MORE = 0.005  # Share added to a reserve, as another plan has another share in its available well
+MOST_RESERVE = 0.95
+
 
 class FlightCharge(NamedTuple):
     """The charge at the ends of a flight as exported, as shares of the capacity."""
@@ -29,6 +33,7 @@ class FlightCharge(NamedTuple):
     at_take_off: float
     at_landing: float
     dry: bool  # Whether the available well, or the last pack, is empty on the way
+    planned: float  # At the landing without climbs, and what the available well then lacks
 
 
 def vertical_legs(mission: Mission, climb_m: float) -> tuple[Loads, Loads]:
@@ -95,6 +100,7 @@ def flight_charges(
     climbed = [*with_climbs(mission, phases, climb_m, on_time=on_time)]
     size_As = float(mission.pool.capacity_As)
     before, after, dry = [0.0] * len(climbed), [0.0] * len(climbed), [False] * len(climbed)
+    planned, lacks = [nan] * len(climbed), [0.0] * len(climbed)
     if mission.battery.takes_turns:
         course = carry(mission, climbed)
         after = [_share(wells.total_As, size_As) for wells in course.wells]
@@ -108,13 +114,17 @@ def flight_charges(
             after[number] = _share(pieces_of_phase[-1][4].total_As, size_As)
             least_As = min(float(wells.available_As) for *_, wells in pieces_of_phase)
             dry[number] = least_As < -JUDGES_TOLERANCE * size_As
+            lacks[number] = max(-least_As / size_As, 0.0)
+        for piece in steps(mission, phases):
+            planned[piece[0]] = _share(piece[4].total_As, size_As)
     found = list[FlightCharge]()
     kinds = enumerate(phase.kind == "rest" for phase in climbed)
     for rests, numbered in groupby(kinds, key=lambda pair: pair[1]):
         if not rests:
             first, *_ = numbers = [number for number, _ in numbered]
             *_, last = numbers
-            found.append(FlightCharge(before[first], after[last], any(dry[n] for n in numbers)))
+            empty, lack = any(dry[n] for n in numbers), max(lacks[n] for n in numbers)
+            found.append(FlightCharge(before[first], after[last], empty, planned[last] + lack))
     return found
 
 
@@ -148,10 +158,43 @@ def short(mission: Mission, charges: Sequence[FlightCharge], name: str) -> Itera
     left = min((charge.at_landing for charge in landings), default=1.0)
     begin = f"WARNING: with its climbs, {name}"
     if any(charge.dry for charge in charges):
-        yield f"{begin} cannot be flown: the battery is empty on the way."
+        yield f"{begin} {EMPTY}.{more_reserve(mission, charges)}"
     elif left < least - JUDGES_TOLERANCE:
         here, reserve = percent_apart(left, least)
-        yield f"{begin} lands with {here} of the battery; the reserve is {reserve}."
+        yield (
+            f"{begin} lands with {here} of the battery; the reserve is {reserve}. Unless that "
+            f"reserve already counts climbs, plan with {_reserve(2.0 * least - left)}."
+        )
+
+
+def more_reserve(mission: Mission, charges: Sequence[FlightCharge]) -> str:
+    """A sentence on the reserve with which climbs leave no flight without charge; or empty."""
+    needed = max((charge.planned for charge in charges if charge.dry), default=nan)
+    share = max(needed + MORE, mission.limits.min_soc)
+    if not share <= MOST_RESERVE:  # NaN for packs in turn
+        return ""
+    early = any(charge.dry for charge in charges[:-1]) and mission.limits.keep_soc != "always"
+    always = " and --set limits.keep_soc=always" if early else ""
+    return f" Plan with {_reserve(share)}{always}."
+
+
+def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
+    """Yield that the deadline passes with climbs."""
+    climbed = with_climbs(mission, phases, climb_m, on_time=False)
+    time_s, deadline_s = sum(phase.duration_s for phase in climbed), mission.limits.deadline_s
+    if time_s > deadline_s * (1.0 + JUDGES_TOLERANCE):
+        earlier_s = floor(2.0 * deadline_s - time_s)
+        yield f"WARNING: with its climbs, the plan takes {time_s:.1f} s; the deadline is " + (
+            f"{deadline_s:g} s. Unless that deadline already counts climbs, plan with "
+            f"--set limits.deadline_s={earlier_s}."
+            if earlier_s > 0
+            else f"{deadline_s:g} s."
+        )
+
+
+def _reserve(share: float) -> str:
+    """The option that states a reserve, rounded up to whole percent."""
+    return f"--set limits.min_soc={ceil(100.0 * share - 1e-9) / 100.0:g}"
 
 
 def taken_off_with(charge: FlightCharge) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -16,12 +17,20 @@ from optuav.fields import Range
 from optuav.flight.model import CruisingModel
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
-from optuav.mission.files import ending_of, write_files
-from optuav.mission.messages import misfits, path_of
+from optuav.mission.files import ending_of, refusal, write_files
+from optuav.mission.messages import first_ten, misfits, path_of
 from optuav.network.map_extent import scene
 from optuav.network.timeline import Phase
 from optuav.physics.quantity import TINY
-from optuav.plan.climbs import climbs, flight_charges, short, taken_off_with
+from optuav.plan.climbs import (
+    EMPTY,
+    climbs,
+    flight_charges,
+    late,
+    more_reserve,
+    short,
+    taken_off_with,
+)
 from optuav.plan.data import PlanData
 
 MAPS: dict[str, Callable[[PlanOnEarth], str]] = {".kml": shapes.kml, ".geojson": shapes.geojson}
@@ -85,8 +94,12 @@ def exported(
     height_m = CLIMB_M if climb_m is None else climb_m
     flights = [*course.flights]
     charges = flight_charges(plan.mission, plan.phases, height_m)
+    if not force and any(charge.dry for charge in charges):
+        words = f"with its climbs, the plan {EMPTY}.{more_reserve(plan.mission, charges)}"
+        raise InputError(f"{words} force = True (--force) exports it all the same.")
+    warnings = *short(plan.mission, charges, "the plan"), *late(plan.mission, plan.phases, height_m)
     cost = [*climbs(plan.mission, len(flights), height_m)]
-    notes = (*course.notes, *short(plan.mission, charges, "the plan"), *cost)
+    notes = (*course.notes, *warnings, *cost)
     files = dict[Path, bytes]()
     for number, (flight, charge) in enumerate(zip(flights, charges, strict=True), start=1):
         name = f"{file.stem}-{number}" if len(flights) > 1 else file.stem
@@ -95,7 +108,17 @@ def exported(
             flight, file.with_name(f"{name}{file.suffix}"), height_m, course.altitude_m,
             (title, taken_off_with(charge), *notes),
         )  # fmt: skip
+    if (stale := _stale(file, files)) and not force:
+        words = f"flights of another plan: {first_ten(stale)}; name another file, or delete them"
+        raise refusal(file.parent, f"holds {words}")
     return Exported(files, notes[1:])
+
+
+def _stale(file: Path, files: Iterable[Path]) -> list[str]:
+    """Names of flights beside those of a file, such as hill-3.plan, that are not replaced."""
+    own, name = {path.name for path in files}, re.compile(rf"{re.escape(file.stem)}(-[1-9]\d*)?")
+    beside = file.parent.glob(f"*{file.suffix}")
+    return sorted({path.name for path in beside if name.fullmatch(path.stem)} - own)
 
 
 def climb_faults(climb_m: float | None, suffix: str) -> Iterator[Fault]:

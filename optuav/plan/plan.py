@@ -152,7 +152,8 @@ class Plan(Presented, PlanData):
             Height of every take-off above its place, and of the approach to every landing, > 0 and
             up to 1000 [m]; None for 12. For .plan and .waypoints.
         force
-            Whether to export a plan that cannot be flown, or was not simulated; the file says why.
+            Whether to export a plan that cannot be flown, also because climbs empty its battery, or
+            was not simulated; the file says why.
 
         Returns
         -------
@@ -173,10 +174,10 @@ class Plan(Presented, PlanData):
         --------
         >>> import optuav, tempfile
         >>> place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4}
-        >>> plan = optuav.solve(optuav.load("paper").replace(place))
+        >>> plan = optuav.solve(optuav.load("matrice350").replace(place))
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     [path.name for path in plan.export(f"{folder}/paper.plan")]
-        ['paper-1.plan', 'paper-2.plan']
+        ...     [path.name for path in plan.export(f"{folder}/hill.plan")]
+        ['hill-1.plan', 'hill-2.plan']
         """
         from optuav.plan.export import export
 

@@ -18,6 +18,7 @@ from optuav.plots import style
 ROUNDS = 2.0  # Turns of the first drone that are drawn
 COVERS = "on station"
 DAY_S = 86_400.0
+EDGE = 0.004  # Margin for the rim of a leg, as a share of the time
 
 
 class Turn(NamedTuple):
@@ -86,35 +87,47 @@ def courses_drawn(
     title: str,
     ax: Axes | None = None,
     clock: Callable[[float], datetime] | None = None,
+    lost: tuple[int, float] | None = None,
 ) -> Axes:
     """Draw a bar per drone with its turns until an end [s], and below when one is on station.
 
-    Times are hours, or clock times where the clock tells the moment after so many seconds.
+    Hovers that follow each other are on two lanes, so that overlaps show. Times are hours, or clock
+    times where the clock tells the moment after so many seconds. The bar of a drone that is lost,
+    by its number, ends when it fails [s].
     """
     ax = ax or style.page(1.6 + 0.28 * len(courses)).subplots()
     waits = any(turn.wait_s > 0.0 for course in courses for turn in course)
     kinds = {"fly": "flight", "hover": "hover", "rest": "rest"} | ({"wait": None} if waits else {})
     colours = {words: PHASES[kind] if kind else style.PALE for words, kind in kinds.items()}
+    hovers = list[tuple[float, float]]()
     for number, course in enumerate(courses):
-        for order, turn in enumerate(course):
+        ends_s = end_s
+        if lost is not None and lost[0] == number + 1:
+            ends_s = min(end_s, lost[1])
+            ax.text(ends_s / 3600.0, number, " ✕ failed", va="center")
+        for turn in course:
             begin_s, leg = turn.offset_s, ("fly", 0.5 * turn.flight_s)
             stays = leg, ("hover", turn.hover_s), leg, ("rest", turn.rest_s), ("wait", turn.wait_s)
             for words, lasts_s in stays:
-                if (shown_s := min(lasts_s, end_s - begin_s)) > 0.0:
-                    span = [(begin_s / 3600.0, shown_s / 3600.0)]
+                if (shown_s := min(lasts_s, ends_s - begin_s)) > 0.0:
                     rim = (
                         {"linewidth": 1.5, "zorder": 2.0} if words == "fly" else {"linewidth": 0.0}
                     )
                     look: style.Look = {"color": colours[words], **rim}  # Legs are short
+                    span = [(begin_s / 3600.0, shown_s / 3600.0)]
                     ax.broken_barh(span, (number - 0.4, 0.8), **look)
-                    if words == "hover":
-                        alpha = 0.55 + 0.45 * ((number + len(courses) * order) % 2)
-                        ax.broken_barh(span, (len(courses) + 0.1, 0.8), alpha=alpha, **look)
+                    hovers += [(begin_s, shown_s)] * (words == "hover")
                 begin_s += lasts_s
+    for order, (begin_s, lasts_s) in enumerate(sorted(hovers)):  # Two lanes show overlaps
+        span, lane = [(begin_s / 3600.0, lasts_s / 3600.0)], len(courses) + 0.1 + 0.4 * (order % 2)
+        ax.broken_barh(span, (lane, 0.4), color=colours["hover"], linewidth=0.0)
     names = [f"drone {number}" for number in range(1, len(courses) + 1)]
     ax.set_yticks([*range(len(courses)), len(courses) + 0.5], [*names, COVERS])
     ax.invert_yaxis()
-    ax.set(xlabel="time [h]", xlim=(0.0, end_s / 3600.0))
+    first_s = min(0.0, *(turn.offset_s for course in courses for turn in course))
+    rim_s = EDGE * (end_s - first_s)
+    limits = (first_s - rim_s) / 3600.0, (end_s + rim_s) / 3600.0
+    ax.set(xlabel="time [h]", xlim=limits)
     if clock is not None:
         day = "%a " * (end_s > DAY_S)
         ax.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5], nbins=8))

@@ -129,6 +129,8 @@ class _Placed(Protocol):
     def selection(self) -> Any: ...
     @property
     def laser(self) -> Integers: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
 
 
 @style.applied()
@@ -190,7 +192,9 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     handles += signs.put(ax, "device", devices_m[served], "device")
     handles += signs.put(ax, "device", devices_m[~served], "device without a plan", hollow=True)
     for number, at_m in zip(found.selection.sites, chosen_m, strict=True):
-        style.annotate_beside(ax, str(number), tuple(at_m), (7.0, 5.0), fontsize=8.0)
+        name = style.drawable(found.names[number]) if found.names else ""
+        words = f"{name} ({number})" if name else f"{number}"
+        style.annotate_beside(ax, words, tuple(at_m), (7.0, 5.0), fontsize=8.0)
     _legend_below(ax, handles)
     lasers = f"lasers on {len(chosen_m)} of {plural(len(candidates_m), 'candidate')}"
     rule = style.perspective(found.perspective)

@@ -14,6 +14,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.flight.model import FlightModel
 from optuav.judge import Itinerary, Replay, replay
+from optuav.judge.flight_plan import FlightPlan
 from optuav.mission import Mission, load
 from optuav.mission.messages import first_ten, shown
 from optuav.network.map_extent import scene
@@ -60,7 +61,8 @@ def profile(
     """Draw altitude, speed and power into the battery over a simulated plan.
 
     While a leg turns, the flight model freezes the position: no speed is drawn there. The
-    altitudes between which the UAV may hover are dashed, and each violated limit is marked when it
+    altitudes between which the UAV may hover are dashed, but of a flight plan, for which they are
+    not judged; each violated limit is marked when it
     is first passed.
 
     Parameters
@@ -91,11 +93,12 @@ def profile(
     time_s, height_m, power_W = trace.time_s, trace.position_m[:, 2], trace.power_W
     axes = ProfileAxes(*(figure or style.page(5.0)).subplots(3, 1, sharex=True))
     lowest_m, highest_m = mission.limits.min_altitude_m, mission.limits.max_altitude_m
-    for level_m in (lowest_m, highest_m):
+    flight_plan = replayed.subject if isinstance(replayed.subject, FlightPlan) else None
+    for level_m in () if flight_plan else (lowest_m, highest_m):
         axes.altitude.axhline(level_m, color=GREY, linewidth=0.8, linestyle=style.DASHED)
     axes.altitude.plot(time_s, height_m, color=BLACK)
-    levels_m = [*height_m, lowest_m]
-    levels_m += [highest_m] if highest_m <= 3.0 * max(levels_m) else []
+    levels_m = [*height_m, *([] if flight_plan else [lowest_m])]
+    levels_m += [highest_m] if not flight_plan and highest_m <= 3.0 * max(levels_m) else []
     axes.altitude.set(ylabel="altitude $z$ [m]", ylim=style.margins(levels_m, 0.15))
     axes.speed.plot(time_s, np.where(trace.stage == "turn", np.nan, trace.speed_m_s), color=BLACK)
     axes.speed.set(ylabel="speed [m/s]", ylim=style.margins([0.0, *trace.speed_m_s], 0.12))
@@ -106,10 +109,12 @@ def profile(
     axes.power.set(ylabel="power into\nthe battery [W]", ylim=limits)
     axes.power.set(xlim=(0.0, time_s[-1] or 1.0), xlabel=style.TIME)
     verdict = "can be flown" if replayed.flyable else "cannot be flown"
-    title = style.titled(mission.name, "flight over time", verdict)
+    name = flight_plan.name if flight_plan else mission.name
+    title = style.titled(name or mission.name, "flight over time", verdict)
     axes.altitude.set_title(title, pad=style.NAMES_PT)
     entries = [style.entry("net power", BLACK), style.entry("from the laser", LASER, 1.0)]
-    entries.append(style.entry("altitudes for hovering", GREY, 0.8, "--"))
+    if not flight_plan:
+        entries.append(style.entry("altitudes for hovering", GREY, 0.8, "--"))
     style.group_thousands(*axes)
     below: style.Look = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.42)}
     handles = [*entries, *style.swatches(trace.kind)]

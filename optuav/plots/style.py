@@ -29,6 +29,7 @@ from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Booleans, Floats
 from optuav.judge import Replay
+from optuav.judge.flight_plan import FlightPlan, kind_of
 from optuav.looks import LOOKS, PHASES, SERIES
 from optuav.presentation import markup
 
@@ -299,9 +300,13 @@ class Band(NamedTuple):
 def phase_bands(replayed: Replay) -> list[Band]:
     """The bands of the phases; that of a rest or of one of several hovers names its place."""
     served = {device.name for device in replayed.mission.devices}
-    bands = list[Band]()
+    bands, by_items = list[Band](), isinstance(replayed.subject, FlightPlan)
     for phase in replayed.phases:
         at, names = drawable(phase.end.name), tuple[str, ...]()
+        if by_items and phase.kind == "flight":
+            names = (kind_of(phase),) * (kind_of(phase) != phase.kind)
+            bands.append(Band(phase.start_s, phase.end_s, PHASES[phase.kind], names or ("flight",)))
+            continue
         if phase.kind == "rest":
             names = (f"rest, {at}",)
         elif phase.kind == "hover" and phase.end.name in served:

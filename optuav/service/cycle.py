@@ -236,7 +236,7 @@ class Coverage(EndlessCycle):
         >>> relay.event(2, overlap_s=60, separation_m=10).drones
         3
         """
-        step_m = None if separation_m is None else _step_of(separation_m)
+        step_m = None if separation_m is None else step_of(separation_m)
         cycles = [self, *([] if step_m is None else self._apart(step_m))]
         event = event_of(cycles, hours, drones, overlap_s, step_m, progress)
         number, words = self._in_calm_air(
@@ -389,7 +389,7 @@ def coverage(
     )
 
 
-def _step_of(separation_m: float | Sequence[float]) -> tuple[float, ...]:
+def step_of(separation_m: float | str | Sequence[float]) -> tuple[float, ...]:
     """A separation as a step (x, y, z) [m], a number being one in height."""
     number = isinstance(separation_m, int | float)
     step_m: Any = (0.0, 0.0, separation_m) if number else separation_m

@@ -44,6 +44,13 @@ class DroneCourse(NamedTuple):
     plan: Plan
 
 
+class Lost(NamedTuple):
+    """A drone that fails, and when, counted from the start of the event [s]."""
+
+    drone: int
+    at_s: float
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class EventRoster(Result):
     """A roster of drones in ring order, one row per hover; `Event` explains its figures."""
@@ -65,6 +72,7 @@ class EventRoster(Result):
     cycles: tuple[Plan, ...] = field(repr=False)  # A visit of each drone
     courses: tuple[DroneCourse, ...] = field(repr=False)  # Of drones; of hovers with exchanges
     excused: tuple[float, float] | None = field(default=None, repr=False)  # After a failure [s]
+    lost: Lost | None = field(default=None, repr=False)
 
     @property
     def plans(self) -> tuple[Plan, ...]:
@@ -75,6 +83,13 @@ class EventRoster(Result):
     def offsets_s(self) -> tuple[float, ...]:
         """Take-off of each course, counted from the start of the event [s]."""
         return tuple(course.offset_s for course in self.courses)
+
+    @property
+    def gap(self) -> str:
+        """How long nobody hovers, in words."""
+        begin_s, end_s = self.excused or (0.0, 0.0)
+        gap_s = f"{end_s - begin_s:.2f}"
+        return "without a gap" if gap_s == "0.00" else f"with a gap of {gap_s} s"
 
     def replay(self) -> FleetReplay:
         """Simulate every drone by the judge alone; each has a place of its own."""
@@ -92,7 +107,7 @@ class EventRoster(Result):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the number of drones, and the hovers."""
-        yield Heading(f"{self.hours:g} h without a gap: {printable(self.mission.name)}")
+        yield Heading(f"{self.hours:g} h {self.gap}: {printable(self.mission.name)}")
         out_s = self.plans[0].phases[0].duration_s
         rest = f"on {printable(self.building)}; take off {out_s:.2f} s before a hover"
         yield Facts(
@@ -100,11 +115,17 @@ class EventRoster(Result):
                 ("Drones", f"{self.drones}; {AT_LEAST} {self.least_drones}"),
                 ("Hovers", f"{len(self.rows)}, up to {self.longest_hover_s:.2f} s"),
                 ("Rest", rest),
+                *self._failed(),
                 *self._handover(),
                 *calm_facts(self.in_calm_air),
             ]
         )
         yield turns_table(["drone", "from [s]", "hover [s]", "rest [s]"], self.rows)
+
+    def _failed(self) -> Iterator[tuple[str, str]]:
+        """Yield the drone that fails, if one does."""
+        if self.lost is not None:
+            yield "Failed", f"drone {self.lost.drone}, at {self.lost.at_s:g} s"
 
     def _handover(self) -> Iterator[tuple[str, str]]:
         """Yield for how long two drones hover at a handover, and how far apart."""
@@ -126,14 +147,14 @@ class EventRoster(Result):
             for row in self.rows
         ]
         end_s = turns[-1].offset_s + turns[-1].round_s
-        words = f"{self.hours:g} h without a gap", plural(self.drones, "drone")
+        words = f"{self.hours:g} h {self.gap}", plural(self.drones, "drone")
         title = titled(self.mission.name, *words)
         courses = [
             [turn for turn, row in zip(turns, self.rows, strict=True) if row["drone"] == number]
             for number in range(1, self.drones + 1)
         ]
         clock = None if begin is None else partial(later, begin)
-        yield "event.png", courses_drawn(courses, end_s, title, clock=clock)
+        yield "event.png", courses_drawn(courses, end_s, title, clock=clock, lost=self.lost)
 
 
 def courses_of(

@@ -16,11 +16,14 @@ from optuav.fields import Range
 from optuav.mission.messages import misfits, plural
 from optuav.physics.kibam import Stage, Tilted, Wells, tapered
 from optuav.physics.roots import bisect_largest
+from optuav.plan.climbs import vertical_times_s
+from optuav.plan.export import CLIMB_M
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.service.event_roster import (
     AT_ONE_POINT,
     EventHover,
     EventRoster,
+    Lost,
     courses_of,
     judged,
     visits_of,
@@ -52,7 +55,8 @@ class Cover(TypedDict):
 class Failure(Result):
     """What a drone that fails means for an event, with one row per drone that is left.
 
-    Moments count from the start of the event.
+    Moments count from the start of the event. A drone that is sent for the failed one takes off
+    after the failure, and first climbs 12 m, as the files of `Event.save_flights` do.
 
     Parameters
     ----------
@@ -76,7 +80,7 @@ class Failure(Result):
     >>> event = optuav.coverage("matrice350").event(4, 5)
     >>> failure = event.without(2, at_s=2000)
     >>> [row["state"] for row in failure.rows], round(failure.new_gap_s)
-    (['rests', 'rests', 'rests', 'rests'], 39)
+    (['rests', 'rests', 'rests', 'rests'], 44)
     """
 
     kind = "optuav event failure"
@@ -103,7 +107,7 @@ class Failure(Result):
             gap = f"{self.gap_s:.2f} s in {len(self.gaps_s)} gaps, {gaps}"
         words = [] if self.reason is None else [self.reason]
         if self.roster is not None:
-            words[:0] = [f"a gap of {self.new_gap_s:.2f} s with {plural(len(self.rows), 'drone')}"]
+            words[:0] = [f"{plural(len(self.rows), 'drone')}, {self.roster.gap}"]
         yield Facts([("Gap", f"{gap}, if nothing changes"), ("New roster", "; ".join(words))])
         cells = [
             [str(row["drone"]), row["state"], f"{row['ready_s']:.2f}", f"{row['hover_s']:.2f}"]
@@ -125,6 +129,7 @@ class Duty(NamedTuple):
     drone: int
     visit: Visit
     out_s: float
+    climb_s: float  # Before that leg
     landed_s: float  # −inf for one that has not flown
     charge: Wells  # At the landing
 
@@ -137,7 +142,8 @@ class Duty(NamedTuple):
 
     def ready_s(self, at_s: float) -> float:
         """Earliest arrival at the hover point, if it may take off from a moment on [s]."""
-        return max(at_s, self.landed_s + (self.visit.swap_s or 0.0)) + self.out_s
+        landed_s = self.landed_s + (self.visit.swap_s or 0.0)
+        return max(at_s + self.climb_s, landed_s) + self.out_s
 
     def hover_s(self, ready_s: float) -> float:
         """Longest hover from an arrival on [s]; 0 without any."""
@@ -179,20 +185,46 @@ class Succession(NamedTuple):
         return self.order[number % len(self.order)]
 
 
+class Failing(NamedTuple):
+    """An event in which a drone fails."""
+
+    event: EventRoster
+    drone: int
+    at_s: float
+    climb_s: float  # After every take-off, before the leg that is planned
+
+    def takes_off_s(self, row: EventHover) -> float:
+        """The take-off before a hover, with its climb [s]."""
+        leg_s = self.event.cycles[row["drone"] - 1].phases[0].duration_s
+        return row["start_s"] - leg_s - self.climb_s
+
+    def flown(self) -> Iterator[EventHover]:
+        """Yield the hovers that began before the failure; the failed drone's ends with it."""
+        for row in self.event.rows:
+            if row["drone"] != self.drone and self.takes_off_s(row) < self.at_s:
+                yield row
+            elif row["drone"] == self.drone and row["start_s"] < self.at_s:
+                hover_s = min(row["hover_s"], self.at_s - row["start_s"])
+                yield EventHover({**row, "hover_s": hover_s})
+
+
 def failure_of(event: EventRoster, drone: int, at_s: float) -> Failure:
     """Return what a failure means; see `Event.without`."""
     until_s = 3600.0 * event.hours
     drones, moments = Range("-", ge=1, le=event.drones, whole=True), Range("s", ge=0, lt=until_s)
     refuse(misfits(("drone", drone, drones), ("at_s", at_s, moments)))
     at_s = float(at_s)
+    failing = Failing(event, drone, at_s, vertical_times_s(event.mission, CLIMB_M)[0])
     gaps = _gaps((row for row in event.rows if row["drone"] != drone), at_s, until_s)
     left = [number for number in range(1, event.drones + 1) if number != drone]
-    duties = [_duty(event, number, at_s) for number in left]
-    kept = event, None, 0.0
-    roster, reason, gap_s = _new_roster(event, drone, at_s, duties) if gaps else kept
+    duties = [_duty(failing, number, at_s) for number in left]
+    if gaps:
+        roster, reason, gap_s = _new_roster(failing, duties)
+    else:
+        roster, reason, gap_s = _as_planned(failing), None, 0.0
     return Failure(
         mission=event.mission,
-        rows=tuple(_cover(event, duty, at_s) for duty in duties),
+        rows=tuple(_cover(failing, duty) for duty in duties),
         drone=drone,
         at_s=at_s,
         gaps_s=tuple(gaps),
@@ -214,30 +246,32 @@ def _gaps(rows: Iterable[EventHover], from_s: float, until_s: float) -> list[tup
     return gaps + [(covered_s, until_s)] * (until_s > covered_s + ROUNDING_S)
 
 
-def _duty(event: EventRoster, drone: int, before_s: float) -> Duty:
-    """A drone as it is after the last of its visits that began before a moment [s]."""
+def _duty(failing: Failing, drone: int, before_s: float) -> Duty:
+    """A drone as it is after the last of its visits that took off before a moment [s]."""
+    event, climb_s = failing.event, failing.climb_s
     visit, out = event.ring.visits[drone - 1], event.cycles[drone - 1].phases[0]
     landed_s, charge = -math.inf, visit.battery.full
     for course in (course for course in event.courses if course.drone == drone):
         for first, *_, back in visits_of(course.plan.phases):
-            if course.offset_s + first.start_s < before_s:
+            if course.offset_s + first.start_s - climb_s < before_s - ROUNDING_S:
                 landed_s = course.offset_s + back.end_s
                 charge = Wells(back.available_As[0], back.bound_As[0])
-    return Duty(drone, visit, out.duration_s, landed_s, charge)
+    return Duty(drone, visit, out.duration_s, climb_s, landed_s, charge)
 
 
-def _in_the_air(event: EventRoster, drone: int, at_s: float) -> Current | None:
-    """The visit of a drone that is under way at a moment and has not left the hover point."""
-    for row in event.rows:
-        takes_off_s = row["start_s"] - event.cycles[row["drone"] - 1].phases[0].duration_s
-        if row["drone"] == drone and takes_off_s < at_s < row["start_s"] + row["hover_s"]:
-            return Current(_duty(event, drone, takes_off_s), row)
+def _in_the_air(failing: Failing, drone: int) -> Current | None:
+    """The visit of a drone that is under way at the failure and has not left the hover point."""
+    for row in failing.event.rows:
+        takes_off_s, leaves_s = failing.takes_off_s(row), row["start_s"] + row["hover_s"]
+        if row["drone"] == drone and takes_off_s < failing.at_s < leaves_s:
+            return Current(_duty(failing, drone, takes_off_s), row)
     return None
 
 
-def _cover(event: EventRoster, duty: Duty, at_s: float) -> Cover:
+def _cover(failing: Failing, duty: Duty) -> Cover:
     """When a drone can be on station, and for how long."""
-    if (current := _in_the_air(event, duty.drone, at_s)) is not None:
+    at_s = failing.at_s
+    if (current := _in_the_air(failing, duty.drone)) is not None:
         start_s = current.row["start_s"]
         hover_s = current.duty.hover_s(start_s) - max(at_s - start_s, 0.0)
         state: State = "hovers" if start_s <= at_s else "flies out"
@@ -249,18 +283,14 @@ def _cover(event: EventRoster, duty: Duty, at_s: float) -> Cover:
 
 
 def _new_roster(
-    event: EventRoster, drone: int, at_s: float, duties: list[Duty]
+    failing: Failing, duties: list[Duty]
 ) -> tuple[EventRoster | None, str | None, float | None]:
     """The roster of the drones that are left, what is to be said of it, and its gap [s]."""
-    flying = [in_the_air for duty in duties if (in_the_air := _in_the_air(event, duty.drone, at_s))]
+    event, at_s = failing.event, failing.at_s
+    flying = [in_the_air for duty in duties if (in_the_air := _in_the_air(failing, duty.drone))]
     current = max(flying, key=lambda drone: drone.row["start_s"], default=None)
-    kept = list[EventHover]()
-    for row in event.rows:
-        out_s = event.cycles[row["drone"] - 1].phases[0].duration_s
-        if row["drone"] != drone and row["start_s"] - out_s < at_s:
-            kept += [row] * (current is None or row is not current.row)
-        elif row["drone"] == drone and row["start_s"] < at_s:
-            kept.append(EventHover({**row, "hover_s": min(row["hover_s"], at_s - row["start_s"])}))
+    under_way = None if current is None else (current.row["drone"], current.row["start_s"])
+    kept = [row for row in failing.flown() if (row["drone"], row["start_s"]) != under_way]
     best: tuple[EventRoster | None, str | None, float | None] = (None, NONE_FOUND, None)
     for succession in _successions(event, at_s, duties, current):
         if best[0] is not None and not succession.apart:
@@ -269,7 +299,7 @@ def _new_roster(
             hovers_s = _hovers_left(event, succession, share)
             if hovers_s is None:
                 break
-            roster = _roster(event, at_s, kept, succession, hovers_s)
+            roster = _roster(failing, kept, succession, hovers_s)
             if roster is not None and roster.replay().flyable:
                 begin_s, end_s = roster.excused or (at_s, at_s)
                 close = bool(event.separation_m) and not roster.separation_m
@@ -310,31 +340,42 @@ def _successions(
     return [*first, *islice(apart, ORDERS)]
 
 
+def _as_planned(failing: Failing) -> EventRoster:
+    """The event where nobody misses the drone that fails: only its later rest is left out."""
+    lost, kept = failing.drone, [*failing.flown()]
+    rows = [row for row in failing.event.rows if row["drone"] != lost]
+    rows += [row for row in kept if row["drone"] == lost]
+    rows.sort(key=lambda row: row["start_s"])
+    return judged(_with_rows(failing, rows, []))  # The others fly what the judge has flown
+
+
 def _roster(
-    event: EventRoster,
-    at_s: float,
-    kept: list[EventHover],
-    succession: Succession,
-    hovers_s: Floats,
+    failing: Failing, kept: list[EventHover], succession: Succession, hovers_s: Floats
 ) -> EventRoster | None:
     """The event with hovers after a failure, if it has one gap at most."""
+    event = failing.event
     rows, start_s = [*kept], succession.begin_s
     for number, hover_s in enumerate(hovers_s.tolist()):
         drone = succession.duty(number).drone
         rows.append(EventHover(drone=drone, start_s=start_s, hover_s=hover_s, rest_s=0.0))
         start_s += hover_s - event.overlap_s + succession.pause_s * (number == 0)
     rows.sort(key=lambda row: row["start_s"])
+    gaps = _gaps(rows, 0.0, 3600.0 * event.hours)
+    return None if len(gaps) > 1 else _with_rows(failing, rows, gaps)
+
+
+def _with_rows(
+    failing: Failing, hovers: list[EventHover], gaps: list[tuple[float, float]]
+) -> EventRoster:
+    """The event with other hovers in order of time, the rests between them, and a gap or none."""
+    event, rows, at_s = failing.event, [*hovers], failing.at_s
     for number, row in enumerate(rows):
-        later = (
-            row_after for row_after in rows[number + 1 :] if row_after["drone"] == row["drone"]
-        )
+        later = (after for after in rows[number + 1 :] if after["drone"] == row["drone"])
+        rest_s = 0.0
         if (after := next(later, None)) is not None:
             away_s = after["start_s"] - row["start_s"] - row["hover_s"]
             rest_s = away_s - event.ring.visits[row["drone"] - 1].flight_s
-            rows[number] = EventHover({**row, "rest_s": rest_s})
-    gaps = _gaps(rows, 0.0, 3600.0 * event.hours)
-    if len(gaps) > 1:
-        return None
+        rows[number] = EventHover({**row, "rest_s": rest_s})
     apart = all(
         event.ring.visits[row["drone"] - 1] is not event.ring.visits[after["drone"] - 1]
         for row, after in pairwise(rows)
@@ -347,6 +388,7 @@ def _roster(
         separation_m=event.separation_m if apart else None,
         courses=courses_of(event.ring, event.cycles, rows),
         excused=gaps[0] if gaps else (at_s, at_s),
+        lost=Lost(failing.drone, at_s),
     )
 
 

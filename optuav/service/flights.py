@@ -53,12 +53,21 @@ class Clock(NamedTuple):
 
     take_off: datetime
     on_station: datetime
-    leave: datetime
-    landing: datetime
+    leave: datetime | None
+    landing: datetime | None  # None where the drone fails before
+    failed: datetime | None = None
+
+    @property
+    def end(self) -> datetime:
+        """The landing, or the failure."""
+        return self.landing or self.failed or self.on_station
 
     def as_iso(self) -> dict[str, str]:
-        """Each moment by its name, with its offset from UTC."""
-        return {name: at.isoformat(timespec="seconds") for name, at in self._asdict().items()}
+        """Each moment by its name, with its offset from UTC; empty where there is none."""
+        return {
+            name: at.isoformat(timespec="seconds") if at else ""
+            for name, at in self._asdict().items()
+        }
 
 
 class PilotFiles(NamedTuple):
@@ -82,22 +91,22 @@ class PilotFlight(NamedTuple):
         """Name of its files."""
         return f"drone-{self.drone}-visit-{self.visit}"
 
+    @property
+    def fails(self) -> bool:
+        """Whether the drone fails on it: then it has no files."""
+        return self.clock.failed is not None
+
 
 def save_flights(
     event: EventRoster, directory: str | Path, start: str | datetime, climb_m: float | None = None
 ) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
-    folder, faults = path_of(directory, "directory"), list[Fault]()
-    if climb_m is not None:
-        faults += misfits(("climb_m", climb_m, CLIMB))
-    if (begin := _moment(start)) is None:
-        words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
-        faults.append(Fault("start", shown(start), words))
-    refuse(faults)
+    folder, begin = path_of(directory, "directory"), _moment(start)
+    refuse(faults_of_flights(start, climb_m))
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
-    told = [*_told(event)]
+    told = [*_lost(event, begin, height_m), *_told(event)]
     said_by_all = *told, AUDITS
     files, flights = dict[Path, bytes](), list[PilotFlight]()
     cost = [*climbs(event.plans[0].mission, 1, height_m)]
@@ -105,19 +114,22 @@ def save_flights(
         course, visits, warnings = _of_drone(event, drone, begin, height_m)
         told += warnings
         course = course._replace(notes=(*course.notes, verdict, *warnings, *said_by_all))
+        flights += visits
+        flown = [visit for visit in visits if not visit.fails]
+        if not flown:
+            continue
         files[folder / f"drone-{drone}.kml"] = shapes.kml(course).encode()
         files[folder / f"drone-{drone}.geojson"] = shapes.geojson(
             with_heights_told(course)
         ).encode()
         notes = *course.notes, *cost
-        for visit in visits:
+        for visit in flown:
             title = f"{course.name}, drone {drone} of {event.drones}, visit {visit.visit} of "
             title += f"{len(visits)}: {visit.flight.words}"
             for suffix in MISSIONS:
                 file = folder / f"{visit.name}{suffix}"
                 said = (title, _in_words(visit), taken_off_with(visit.charge), *notes)
                 files |= flight_files(visit.flight, file, height_m, course.altitude_m, said)
-        flights += visits
     flights.sort(key=lambda flight: flight.clock.take_off)
     rows = [_row(event, flight) for flight in flights]
     files[folder / "roster.csv"] = as_csv(rows).encode()
@@ -133,6 +145,30 @@ def save_flights(
     from optuav.plots import save_figures
 
     return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
+
+
+def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
+    """Yield the faults of a start and of a climb."""
+    if climb_m is not None:
+        yield from misfits(("climb_m", climb_m, CLIMB))
+    if _moment(start) is None:
+        words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
+        yield Fault("start", shown(start), words)
+
+
+def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
+    """Yield which drone fails, and how long nobody hovers then."""
+    if event.lost is None:
+        return
+    drone, at_s = event.lost
+    at = later(begin, at_s).isoformat(timespec="seconds")
+    yield f"WARNING: drone {drone} fails at {at}. The others cover the rest {event.gap}."
+    counted_s, flown_s = (vertical_times_s(event.mission, high)[0] for high in (CLIMB_M, climb_m))
+    if flown_s > counted_s:
+        yield (
+            f"WARNING: the roster counts on climbs of {CLIMB_M:g} m: with {climb_m:g} m, a drone "
+            f"that is sent for the failed one is {flown_s - counted_s:.1f} s late."
+        )
 
 
 def _told(event: EventRoster) -> Iterator[str]:
@@ -171,6 +207,7 @@ def _of_drone(
     """The course of a drone, its flights, and why these cannot be flown with their climbs."""
     steps, clocks, charges, back_s = list[Step](), list[Clock](), list[FlightCharge](), -inf
     warnings, (up_s, down_s) = list[str](), vertical_times_s(event.mission, climb_m)
+    lost_s = event.lost.at_s if event.lost and event.lost.drone == drone else inf
     for _, offset_s, plan in (course for course in event.courses if course.drone == drone):
         course, visits = course_of(plan), [*visits_of(plan.phases)]
         if steps:  # Its pack was exchanged
@@ -178,7 +215,14 @@ def _of_drone(
             steps.append(rest)
         for out, hover, *_, back in visits:
             moments_s = out.start_s - up_s, hover.start_s, hover.end_s, back.end_s + down_s
-            clocks.append(Clock(*(later(begin, offset_s + at_s) for at_s in moments_s)))
+            take_off, station, leave, landing = (later(begin, offset_s + s) for s in moments_s)
+            clock = Clock(take_off, station, leave, landing)
+            if lost_s < offset_s + back.end_s + down_s:
+                hovers = lost_s <= offset_s + hover.end_s + ROUNDING_S
+                clock = Clock(
+                    take_off, station, None if hovers else leave, None, later(begin, lost_s)
+                )
+            clocks.append(clock)
         charges_of_drone = flight_charges(plan.mission, plan.phases, climb_m, on_time=True)
         warnings += short(plan.mission, charges_of_drone, f"drone {drone}")
         charges += charges_of_drone
@@ -189,8 +233,12 @@ def _of_drone(
         )
     course = course._replace(steps=tuple(steps), start_place=event.building)
     rows = zip(course.flights, clocks, charges, strict=True)
+    if clocks[-1].failed is not None:  # Only the last visit can fail
+        left = len(clocks) - 1
+        rests = [number for number, step in enumerate(steps) if step.kind == "rest"]
+        steps = steps[: rests[left - 1]] if left else []
     return (
-        course,
+        course._replace(steps=tuple(steps)),
         [
             PilotFlight(drone, number, flight, clock, charge)
             for number, (flight, clock, charge) in enumerate(rows, start=1)
@@ -207,30 +255,37 @@ def _place(event: EventRoster, flight: PilotFlight) -> str:
 
 def _row(event: EventRoster, flight: PilotFlight) -> dict[str, object]:
     """A row of the roster."""
+    moments, fails = flight.clock.as_iso(), flight.fails
+    if event.lost is None:
+        del moments["failed"]
     return {
         "drone": flight.drone,
         "visit": flight.visit,
-        **flight.clock.as_iso(),
+        **moments,
         "roof": event.building,
         "place": _place(event, flight),
         "battery_at_take_off_percent": round(100.0 * flight.charge.at_take_off, 1),
-        "battery_left_percent": round(100.0 * flight.charge.at_landing, 1),
-        "files": flight.name,
+        "battery_left_percent": "" if fails else round(100.0 * flight.charge.at_landing, 1),
+        "files": "" if fails else flight.name,
     }
 
 
 def _in_words(flight: PilotFlight) -> str:
     """The moments of a flight, and the charge at its landing."""
-    stated = (f"{name.replace('_', ' ')} {at}" for name, at in flight.clock.as_iso().items())
-    return f"{', '.join(stated)}; {percent(flight.charge.at_landing)} of the battery left."
+    moments = flight.clock.as_iso().items()
+    words = ", ".join(f"{name.replace('_', ' ')} {at}" for name, at in moments if at)
+    if flight.fails:
+        return f"{words}: the drone fails on this flight."
+    return f"{words}; {percent(flight.charge.at_landing)} of the battery left."
 
 
 def _calendar(event: EventRoster, flights: Sequence[PilotFlight]) -> str:
     """The roster as a calendar of one entry per flight (RFC 5545)."""
     lines = ["BEGIN:VCALENDAR", "VERSION:2.0", "PRODID:-//optuav//event//EN"]
     for flight in flights:
-        begin, end = (_utc(moment) for moment in (flight.clock.take_off, flight.clock.landing))
-        title = f"Drone {flight.drone}, visit {flight.visit}: {event.mission.name}"
+        begin, end = (_utc(moment) for moment in (flight.clock.take_off, flight.clock.end))
+        fails = ", fails" * flight.fails
+        title = f"Drone {flight.drone}, visit {flight.visit}{fails}: {event.mission.name}"
         lines += [
             "BEGIN:VEVENT",
             f"UID:{flight.name}-{begin}@optuav",

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, require
+from optuav.errors import Fault, InputError, collected, printable, refuse, require
 from optuav.fields import Range
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
-from optuav.mission.files import label, parse_json, read_text
-from optuav.mission.messages import path_of, shown
+from optuav.mission.files import label, parse_json, read_text, refusal
+from optuav.mission.formats import named
+from optuav.mission.messages import misfits, path_of, shown
 from optuav.network.map_extent import scene
 
 GRID = "grid"
@@ -25,6 +27,10 @@ MOST_CANDIDATES = 10_000  # Candidates of a grid
 LARGEST = 32_000_000  # Bytes of a file
 ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
 POINTS = "a Point: longitude and latitude [deg] in WGS 84"
+NO_EARTH = "is missing; candidates of a map need the mission's place on Earth: crs, or [earth]"
+CONVERTS = "ogr2ogr -f GeoJSON, which comes with GDAL, converts other maps"
+OF_A_SITE = re.compile(r"(^Site \d+| \(site \d+\))$")
+"""Number of a site in a name that `Siting.save` wrote, which is another one the next time."""
 
 
 class Candidates(NamedTuple):
@@ -34,6 +40,29 @@ class Candidates(NamedTuple):
     names: tuple[str, ...] = ()
 
 
+class CandidatePoint(NamedTuple):
+    """A point of a file, by its angles [deg]; as high as the laser where z is None [m]."""
+
+    longitude_deg: float
+    latitude_deg: float
+    z_m: float | None
+    name: str
+
+
+def points_of(source: str | Path, step_m: float | None = None) -> list[CandidatePoint] | None:
+    """Return the points of a GeoJSON file, None of a grid; refused with all faults."""
+    faults, points = list[Fault](), None
+    if step_m is not None:
+        faults += misfits(("step_m", step_m, STEP))
+    if source != GRID:
+        if step_m is not None and not faults:
+            faults.append(Fault("step_m", shown(step_m), "goes with candidates 'grid'"))
+        with collected(faults):
+            points = _read(path_of(source, "candidates"))
+    refuse(faults)
+    return points
+
+
 def candidates_of(
     source: str | Path, missions: Sequence[Mission], step_m: float | None = None
 ) -> Candidates:
@@ -41,13 +70,11 @@ def candidates_of(
 
     They are as high as the laser of the first mission, but for points with a property ``z_m``.
     """
-    laser = missions[0].laser
+    laser, points = missions[0].laser, points_of(source, step_m)
     height_m = laser.position_m[2] if laser else 0.0
-    if source == GRID:
+    if points is None:
         return Candidates(_grid(missions, step_m, height_m))
-    if step_m is not None:
-        raise InputError([Fault("step_m", shown(step_m), "goes with candidates 'grid'")])
-    return _read(path_of(source, "candidates"), missions, height_m)
+    return _on_plane(points, missions, height_m)
 
 
 def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) -> Floats:
@@ -57,8 +84,10 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     step = float((high_m - low_m).max()) / STEPS if step_m is None else step_m
     columns, rows = (np.floor((high_m - low_m) / step + 1e-9).astype(int) + 1).tolist()
     if columns * rows > MOST_CANDIDATES:
-        words = f"a larger step: at most {MOST_CANDIDATES} candidates"
-        raise InputError([Fault("step_m", f"{columns} × {rows} candidates", words)])
+        words = (
+            f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: state a larger step"
+        )
+        raise InputError([Fault("step_m", shown(step_m), words)])
     x_m, y_m = (low + step * np.arange(n) for low, n in zip(low_m, (columns, rows), strict=True))
     points = np.meshgrid(x_m, y_m)
     return np.column_stack(
@@ -66,30 +95,41 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     )
 
 
-def _read(path: Path, missions: Sequence[Mission], height_m: float) -> Candidates:
-    """Points of a GeoJSON file on the plane of the missions; needs pyproj."""
+def _read(path: Path) -> list[CandidatePoint]:
+    """Points of a GeoJSON file."""
     if path.suffix.lower() not in (".geojson", ".json"):
-        words = f'"{GRID}", or a file of points that ends in .geojson or .json'
+        words = f'"{GRID}", or a file of points that ends in .geojson or .json; {CONVERTS}'
         raise InputError([Fault("candidates", shown(str(path)), words)])
-    document = parse_json(read_text(path, LARGEST), label(path))
+    text = read_text(path, LARGEST)
+    if (what := named(text.encode())) is not None and what.name == "KML":
+        raise refusal(path, f"is KML; {CONVERTS}")
+    return _points(parse_json(text, label(path)), label(path))
+
+
+def _on_plane(
+    points: Sequence[CandidatePoint], missions: Sequence[Mission], height_m: float
+) -> Candidates:
+    """Points on the plane of the missions; needs pyproj."""
+    without = [mission for mission in missions if stated_system(mission) is None]
+    refuse(Fault("crs", "", NO_EARTH, printable(mission.name)) for mission in without)
     systems = {stated_system(mission) for mission in missions}
-    if len(systems) > 1 or None in systems:
-        words = "the same for all missions, or [earth]: candidates of a map need a place on Earth"
-        raise InputError([Fault("crs", "", words)])
+    if len(systems) > 1:
+        raise InputError([Fault("crs", "", "the same for all missions")])
     require("pyproj", "candidates of a map")
     import pyproj
 
-    points = np.array([*_points(document, label(path), height_m)])
     (crs,) = systems
+    assert crs is not None
     ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(crs), always_xy=True)
-    position_m = np.column_stack([*ahead.transform(*points[:, :2].T.tolist()), points[:, 2]])
-    facts = (feature.get("properties") or {} for feature in document["features"])
-    stated = (each.get("name", each.get("Name")) for each in facts)
-    return Candidates(position_m, tuple("" if name is None else f"{name}" for name in stated))
+    x_m, y_m = ahead.transform(
+        [point.longitude_deg for point in points], [point.latitude_deg for point in points]
+    )
+    z_m = [height_m if point.z_m is None else point.z_m for point in points]
+    return Candidates(np.column_stack([x_m, y_m, z_m]), tuple(point.name for point in points))
 
 
-def _points(document: Any, source: str, height_m: float) -> Iterator[tuple[float, float, float]]:
-    """Yield longitude, latitude [deg] and z [m] of each feature."""
+def _points(document: Any, source: str) -> list[CandidatePoint]:
+    """The point of each feature; refused with all faults."""
     features: Any = document.get("features") if isinstance(document, dict) else None
     if features == []:
         raise InputError([Fault("features", "an empty list", f"needs {POINTS}", source)])
@@ -97,20 +137,28 @@ def _points(document: Any, source: str, height_m: float) -> Iterator[tuple[float
         raise InputError(
             [Fault("", "", f"needs a FeatureCollection, each feature with {POINTS}", source)]
         )
+    faults, points = list[Fault](), list[CandidatePoint]()
     stated = str(document.get("crs") or "CRS84")
     if "CRS84" not in stated and "4326" not in stated:
-        raise InputError([Fault("crs", stated, "longitudes and latitudes in WGS 84", source)])
+        faults.append(Fault("crs", stated, "longitudes and latitudes in WGS 84", source))
     for number, feature in enumerate(features):
         table = feature if isinstance(feature, dict) else {}
         shape: Any = table.get("geometry")
         facts: Any = table.get("properties") or {}
         at: Any = shape.get("coordinates") if isinstance(shape, dict) else None
         whole = isinstance(at, list) and len(at) in (2, 3) and shape.get("type") == "Point"
-        if not (whole and all(limits.accepts(x) for limits, x in zip(ANGLES, at, strict=False))):
-            where = f"features[{number}].geometry"
-            raise InputError([Fault(where, shown(at), POINTS, source)])
-        z_m = facts.get("z_m", height_m) if isinstance(facts, dict) else None
+        wrong = not (whole and all(x.accepts(y) for x, y in zip(ANGLES, at, strict=False)))
+        if wrong:
+            found = "null" if at is None else shown(at)
+            faults.append(Fault(f"features[{number}].geometry", found, POINTS, source))
+        z_m = facts.get("z_m", 0.0) if isinstance(facts, dict) else None
         if not HEIGHT.accepts(z_m):
             where = f"features[{number}].properties.z_m"
-            raise InputError([Fault(where, shown(z_m), HEIGHT.words, source)])
-        yield float(at[0]), float(at[1]), float(z_m)
+            faults.append(Fault(where, shown(z_m), HEIGHT.words, source))
+        elif not wrong:
+            name = facts.get("name", facts.get("Name"))
+            own = "" if name is None else OF_A_SITE.sub("", f"{name}")
+            height_m = float(z_m) if "z_m" in facts else None
+            points.append(CandidatePoint(float(at[0]), float(at[1]), height_m, own))
+    refuse(faults)
+    return points

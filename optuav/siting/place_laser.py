@@ -25,7 +25,7 @@ from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.numbers import percent
 from optuav.presentation.presented import Presented
 from optuav.siting import files
-from optuav.siting.candidates import STEP, candidates_of
+from optuav.siting.candidates import STEP, candidates_of, points_of
 from optuav.siting.places import HoverTimes, Progress, refined
 from optuav.siting.selection import (
     OBJECTIVES,
@@ -339,13 +339,16 @@ def place_laser(
     if not (loaded or faults):
         faults.append(Fault("missions", "none", "at least one"))
     table_m, names = np.empty((0, 3)), tuple[str, ...]()
-    if step_m is not None:
-        faults += misfits(("step_m", step_m, STEP))
     if not isinstance(candidates, str | Path):
         table_m = _points(candidates, faults)
-    elif not faults:
+        if step_m is not None:
+            faults += misfits(("step_m", step_m, STEP))
+    else:
         with collected(faults):
-            table_m, names = candidates_of(candidates, loaded, step_m)
+            if faults:
+                points_of(candidates, step_m)
+            else:
+                table_m, names = candidates_of(candidates, loaded, step_m)
     faults += option_faults(lasers, objective, at_least_s, perspective)
     faults += misfits(("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT))
     if not (progress is None or callable(progress)):

@@ -186,6 +186,7 @@ def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
     frame.to_parquet(tmp_path / "town.parquet")
     frame.to_file(tmp_path / "town.kml", driver="KML")
     frame.to_file(tmp_path / "town.gml", driver="GML")
+    frame.to_file(tmp_path / "town.geojson", driver="GeoJSON")
     (tmp_path / "town.gpx").write_text('<?xml version="1.0"?>\n<gpx version="1.1"/>')
     (tmp_path / "town.pdf").write_bytes(b"%PDF-1.7\n" + bytes(200))
     (tmp_path / "town.topojson").write_text('{"type": "Topology", "objects": {}, "arcs": []}')
@@ -196,9 +197,11 @@ def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
         ("town.parquet", ".fgb", "is no .fgb file but a Parquet file"),
         ("town.gpkg", ".parquet", "is a GeoPackage"),
         ("town.kml", ".geojson", "is KML"),
-        ("town.gml", ".gml", "is GML, and has none of .*; ogr2ogr"),
+        ("town.gml", ".gml", "is GML; ogr2ogr"),
         ("town.gpx", ".osm", "is GPX"),
-        ("town.pdf", ".pdf", "is a PDF, and has none of the suffixes .gpkg"),
+        ("town.geojson", ".parquet", "is GeoJSON; optuav city takes it under a name in .geojson"),
+        ("town.geojson", ".txt", "is GeoJSON; optuav city takes it under a name in .geojson"),
+        ("town.pdf", ".pdf", "is a PDF; ogr2ogr"),
         ("town.topojson", ".json", "is TopoJSON; ogr2ogr"),
     ):
         (other := tmp_path / f"other{suffix}").write_bytes((tmp_path / name).read_bytes())

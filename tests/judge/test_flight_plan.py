@@ -238,6 +238,7 @@ def test_pymavlink_reads_and_writes_the_same_text(tmp_path: Path) -> None:
     assert first.to_dict()["items"] == second.to_dict()["items"]
 
 
+MARK = "<kml><Placemark><Point><coordinates>13,52</coordinates></Point></Placemark></kml>"
 KML = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><name>Path</name><LineString>
 <altitudeMode>relativeToGround</altitudeMode>
@@ -319,7 +320,7 @@ def test_our_own_exports_come_back(tmp_path: Path, name: str, suffix: str) -> No
 def test_exports_over_several_devices_come_back(tmp_path: Path, suffix: str) -> None:
     """Each hover with its seconds, and no word on devices: a flight plan flies for none."""
     plan = plan_over_three()
-    plan.export(tmp_path / f"own{suffix}")
+    plan.export(tmp_path / f"own{suffix}", force=True)
     hovers_s = list[float]()
     for file in sorted(tmp_path.glob(f"*{suffix}")):
         verdict, _ = judged(file, plan.mission)
@@ -343,7 +344,7 @@ def test_patterns_fly_the_items_that_they_carry(tmp_path: Path) -> None:
     }
     bare = {"type": "ComplexItem", "complexItemType": "StructureScan", "version": 3}
     _, subject = judged(plan(tmp_path, [SQUARE[0], survey, SQUARE[-1]]))
-    assert [name for name, _ in subject.flown][:3] == ["item 1", "item 2, item 1", "item 2, item 3"]
+    assert [name for name, _ in subject.flown][:3] == ["item 1", "item 2.1", "item 2.3"]
     assert "item 2 (survey) is flown by the 3 items that it carries" in subject.notes
     with pytest.raises(InputError, match=r"item 2 \(StructureScan\): is a pattern that carries no"):
         optuav.audit(plan(tmp_path, [SQUARE[0], bare]), "relay-today")
@@ -386,7 +387,7 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
         ([SQUARE[0], item(177, 1, 5, frame=2)], "item 2: is DO_JUMP, which flies a part again"),
         ([item(84, 0, 0, 0, None, *HOME[:2], 40)], "item 1: is a take-off of a VTOL"),
         ([item(16, 0, 0, 0, None, 152.5, 13.4, 40)], "latitude −90 to 90"),
-        ([item(16, 0, 0, 0, None, 52.5, 13.4, None)], "item 1: must be a height as a number"),
+        ([item(16, 0, 0, 0, None, 52.5, 13.4, None)], "item 1, height = null: must be a number"),
         ([item(2000, 0, frame=2)], "has no item that flies anywhere"),
         ([], "has no item that flies anywhere"),
         ([SQUARE[0], SQUARE[1], SQUARE[-1], SQUARE[0], SQUARE[1]], "must be at a roof of the mis"),
@@ -402,7 +403,7 @@ def test_plans_that_cannot_be_judged_are_refused(
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("plannedHomePosition", None, "= None: must be three numbers: latitude and longitude"),
+        ("plannedHomePosition", None, "= null: must be three numbers: latitude and longitude"),
         ("plannedHomePosition", [52.5, "13", 0], ".*must be three numbers"),
         ("hoverSpeed", 0, r"= 0: must be a number, x > 0 \[m/s\]"),
         ("version", "2", "= '2': must be a whole number"),
@@ -426,9 +427,11 @@ def test_a_wrong_value_of_a_plan_is_named_by_its_key(
         (
             "a.waypoints",
             "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\n",
-            "line 2: must be a line of twelve numbers",
+            "line 2: fields = 7: must be twelve",
         ),
         ("a.waypoints", "QGC WPL 110\n", "has no items: is it cut off"),
+        ("a.waypoints", "QGC WPL 100\n0 0 3 16", "of version 100; optuav reads version 110"),
+        ("a.waypoints", "QGC WPL 1100\n0 0 3 16", "of version 1100; optuav reads version 110"),
         ("a.kml", KML[: len(KML) // 2], "is damaged or cut off at line"),
         (
             "a.kml",
@@ -442,12 +445,96 @@ def test_a_wrong_value_of_a_plan_is_named_by_its_key(
             "must be a list of coordinates longitude,latitude,height",
         ),
         ("a.kml", KML.replace("LineString", "LinearRing"), "has no line or points to fly along"),
+        ("a.kml", MARK, "has no line to fly along, and its points have no heights"),
     ],
 )
 def test_damaged_files_are_refused(tmp_path: Path, name: str, content: str, told: str) -> None:
     (file := tmp_path / name).write_text(content)
     with pytest.raises(InputError, match=told):
         optuav.audit(file, "relay-today")
+
+
+def test_the_picture_of_a_flight_plan_is_its_own(tmp_path: Path) -> None:
+    """Named by its file, with climb and descent, without the band of a relay's hovers."""
+    file = plan(tmp_path, [item(22, 0, 0, 0, None, *HOME[:2], 400), *SQUARE[1:2], SQUARE[-1]])
+    verdict, _ = judged(file)
+    assert verdict.replay is not None
+    axes = optuav.plots.profile(verdict.replay)
+    assert axes.altitude.get_title(loc="left").startswith("survey.plan: flight over time")
+    named = {text.get_text() for text in axes.altitude.texts}
+    assert "climb" in named
+    legend = axes.power.get_legend()
+    assert legend is not None
+    assert "altitudes for hovering" not in {text.get_text() for text in legend.get_texts()}
+    assert len(axes.altitude.lines) == 1
+
+
+def test_a_kmz_is_to_be_unpacked(tmp_path: Path) -> None:
+    (file := tmp_path / "a.kml").write_bytes(b"PK\x03\x04\xff\xfe")
+    with pytest.raises(InputError, match=r"unpack a \.kmz"):
+        optuav.audit(file, "relay-today")
+
+
+def test_a_plan_that_lands_with_its_reserve_is_at_it(tmp_path: Path) -> None:
+    """A reserve that is missed by rounding is no "<0.01 % below" beside FLYABLE."""
+    file = plan(tmp_path, SQUARE)
+    verdict, _ = judged(file)
+    assert verdict.replay is not None
+    left = verdict.replay.soc["battery"]
+    for more, told in ((5e-7, "at the reserve;"), (-5e-7, "at the reserve;"), (-0.1, "10 % above")):
+        mission = optuav.load("relay-today").replace({"limits.min_soc": left + more})
+        again, _ = judged(file, mission)
+        assert again.flyable
+        assert told in words(str(again))
+
+
+def test_all_wrong_values_are_named_with_what_they_are(tmp_path: Path) -> None:
+    """Eight in one plan, and three in one text of waypoints."""
+    items: list[Any] = [
+        SQUARE[0],
+        item(16, 0, "b", 0, None, "a", 13.4, 40),  # type: ignore[arg-type]
+        item(16, 0, 0, 0, None, 95, 13.4, 40),
+        item(19, -5, 0, 0, None, 52.5, 13.4, 40),
+        7,
+        {"command": 16},
+        {**SQUARE[1], "command": "go", "frame": None},
+    ]
+    with pytest.raises(InputError) as refused_plan:
+        optuav.audit(plan(tmp_path, items, hoverSpeed=-3), "relay-today")
+    at = "mission.items"
+    assert {(fault.key, fault.value) for fault in refused_plan.value.faults} == {
+        ("mission.hoverSpeed", "-3"),
+        (f"{at}[1].params[1]", "'b'"),
+        (f"{at}[1].params[4]", "'a'"),
+        ("item 3", "[13.4, 95.0]"),
+        ("item 4, seconds", "-5.0"),
+        (f"{at}[4]", "7"),
+        (f"{at}[5].type", ""),
+        (f"{at}[6].command", "'go'"),
+        (f"{at}[6].frame", "null"),
+    }
+    file, lines = tmp_path / "a.waypoints", WAYPOINTS.splitlines()
+    lines[2:4] = ["1\t0\t3", lines[3].replace("52.5", "x", 1)]
+    file.write_text("\n".join([*lines, "9\t0\t3\t19\t-5\t0\t0\t0\t52.5\t13.4\t40\t1"]))
+    with pytest.raises(InputError) as refused_text:
+        optuav.audit(file, "relay-today")
+    told = str(refused_text.value)
+    assert "line 3: fields = 3: must be twelve" in told
+    assert "line 4: field 9 = 'x" in told
+    assert "item 9, seconds = -5.0" in told
+
+
+def test_the_command_tells_faults_of_all_that_it_reads() -> None:
+    """Of the plan, the mission and the picture."""
+    told = refused("audit", "missing.plan", "--mission", "nope.toml", "--plot", "x.bmp")
+    assert all(f"{name}: there is no such file" in told for name in ("missing.plan", "nope.toml"))
+    assert "--plot = 'x.bmp'" in told
+
+
+def test_a_foreign_flight_plan_serves_no_devices(tmp_path: Path) -> None:
+    """Coverage is not judged for a flight plan, also where the mission has several devices."""
+    verdict, _ = judged(plan(tmp_path, SQUARE), "three-sensors")
+    assert verdict.flyable
 
 
 def test_every_cut_of_a_file_is_read_or_refused(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from functools import partial
 from math import cos, radians, sin
@@ -111,13 +112,13 @@ def test_a_map_has_a_hover_of_each_device_with_its_seconds(suffix: str, tmp_path
 
 def test_autopilots_loiter_over_each_device(tmp_path: Path) -> None:
     """Pymavlink reads a loiter at each w_U for a third of Δ; a rest between parts the flights."""
-    first, _, second, _ = plan_over_three().export(tmp_path / "a.waypoints")
+    first, _, second, _ = plan_over_three().export(tmp_path / "a.waypoints", force=True)
     loiters = [[w for w in waypoints(file) if w.command == LOITER] for file in (first, second)]
     for items, names in zip(loiters, (["east", "north"], ["west"]), strict=True):
         assert [item.param1 for item in items] == pytest.approx([647.331326 / 3] * len(names))
         for item, name in zip(items, names, strict=True):
             assert on_plane(item.y, item.x) == pytest.approx(W_U[name], abs=0.02)
-    document = json.loads(plan_over_three().export(tmp_path / "a.plan")[0].read_text())
+    document = json.loads(plan_over_three().export(tmp_path / "a.plan", force=True)[0].read_text())
     items = [item for item in document["mission"]["items"] if item["command"] == LOITER]
     assert [item["params"][0] for item in items] == pytest.approx([647.331326 / 3] * 2)
     assert refused_by_px4(document) == []
@@ -144,7 +145,7 @@ def test_geojson_has_heights_above_the_ellipsoid_or_none(grids: Path, tmp_path: 
 def test_autopilots_read_a_file_per_flight(tmp_path: Path) -> None:
     """Pymavlink reads commands, times and speeds, at heights above each file's own take-off."""
     plan = placed()
-    paths = plan.export(tmp_path / "hill.waypoints")
+    paths = plan.export(tmp_path / "hill.waypoints", force=True)
     names = ["hill-1.waypoints", "hill-1.txt", "hill-2.waypoints", "hill-2.txt"]
     assert [path.name for path in paths] == names
     first, second = waypoints(paths[0]), waypoints(paths[2])
@@ -230,10 +231,83 @@ def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
         assert f"{4 * once_s:.1f} s and {percent} of the battery in 2 flights" in words
 
 
+@pytest.mark.parametrize("mission", ["paper", "paper-drag", "paper-table2", "relay-today"])
+def test_a_battery_that_climbs_empty_is_refused_with_the_reserve_that_helps(
+    mission: str, tmp_path: Path
+) -> None:
+    """With the values that the refusal names, the first flight keeps charge, says the judge."""
+    place = optuav.load(mission).replace({**BERLIN, "limits.keep_soc": "end"})
+    plan, file = optuav.solve(place), tmp_path / "a.plan"
+    with pytest.raises(InputError, match="climbs, the plan cannot be flown") as refused_plan:
+        plan.export(file)
+    assert not [*tmp_path.iterdir()]
+    (tmp_path / "forced").mkdir()
+    notes = json.loads(plan.export(tmp_path / "forced" / "a.plan", force=True)[0].read_text())
+    assert any("cannot be flown: the battery is empty" in note for note in notes["notes"])
+    named = re.findall(r"--set (\S+)=([\w.]*\w)", str(refused_plan.value))
+    assert {key for key, _ in named} >= {"limits.min_soc"}
+    changed = place.replace({key: x if x == "always" else float(x) for key, x in named})
+    first, *_ = optuav.solve(changed).export(file)
+    verdict = optuav.audit(first, changed.replace({"limits.min_soc": 0.0}))
+    assert "empty" not in {event.kind for event in verdict.violations}
+
+
+def test_a_reserve_that_climbs_take_is_told_with_the_one_to_set(tmp_path: Path) -> None:
+    """With the value that the warning names, the flights land with what the mission asks for."""
+    mission, file = optuav.load("matrice350").replace(BERLIN), tmp_path / "a.plan"
+    (warning,) = (note for note in notes_of(optuav.solve(mission), file) if "reserve is" in note)
+    (stated,) = re.findall(r"--set limits.min_soc=([\d.]*\d)", warning)
+    _, second = optuav.solve(mission.replace({"limits.min_soc": float(stated)})).export(file)
+    assert float(stated) == 0.21
+    left = [note for note in json.loads(second.read_text())["notes"] if "lands with" in note]
+    assert float(re.findall(r"lands with ([\d.]+) %", left[0])[0]) >= 20.0
+
+
+def test_a_deadline_that_climbs_miss_is_told(tmp_path: Path) -> None:
+    """By hand: four times 12 m at 2 m/s²; the deadline that the warning names is kept."""
+    mission = optuav.load("matrice350").replace({**BERLIN, "limits.deadline_s": 500.0})
+    notes = notes_of(optuav.solve(mission), tmp_path / "a.plan")
+    (warning,) = (note for note in notes if "deadline" in note)
+    legs = 2 * 2.0 * (12.0 / mission.flight.acceleration_m_s2) ** 0.5
+    assert float(re.findall(r"takes ([\d.]+) s", warning)[0]) == pytest.approx(500 + legs, abs=0.5)
+    (stated,) = re.findall(r"--set limits.deadline_s=(\d+)", warning)
+    plan = optuav.solve(mission.replace({"limits.deadline_s": float(stated)}))
+    (file,) = plan.export(tmp_path / "b.plan")
+    verdict = optuav.audit(file, mission)
+    assert "deadline" not in {event.kind for event in verdict.violations}
+
+
+def notes_of(plan: Plan, file: Path) -> list[str]:
+    """Notes of the first flight of a plan."""
+    notes: list[str] = json.loads(plan.export(file)[0].read_text())["notes"]
+    return notes
+
+
+def test_flights_of_another_plan_are_not_left_beside(tmp_path: Path) -> None:
+    """A plan of one flight after one of two: a pilot who loads hill-2 would fly the old one."""
+    mission = optuav.load("matrice350").replace(BERLIN)
+    two, one = optuav.solve(mission), optuav.solve(mission, "P3")
+    for suffix in (".plan", ".waypoints"):
+        file = tmp_path / f"hill{suffix}"
+        stale = two.export(file)
+        (tmp_path / f"hill-side-2{suffix}").touch()  # Another plan's name
+        with pytest.raises(InputError, match=f"hill-1{suffix}, hill-2{suffix}"):
+            one.export(file)
+        assert not file.exists()
+        two.export(file)  # The same flights are replaced
+        for old in stale:
+            old.unlink()
+        one.export(file)
+        with pytest.raises(InputError, match=f"another plan: hill{suffix}"):
+            two.export(file)
+        assert not (tmp_path / f"hill-1{suffix}").exists()
+        two.export(file, force=True)
+
+
 def test_a_low_take_off_is_doubted(tmp_path: Path) -> None:
     """PX4's acceptance radius is a parameter, so that 5 m may be right."""
     for climb_m, doubted in ((11.0, False), (10.9, True)):
-        path, _ = placed().export(tmp_path / "a.plan", climb_m=climb_m)
+        path, _ = placed().export(tmp_path / "a.plan", climb_m=climb_m, force=True)
         assert ("NAV_ACC_RAD" in path.read_text()) == doubted
         assert bool(refused_by_px4(json.loads(path.read_text()))) == doubted
     wrong: Any
@@ -282,7 +356,7 @@ def test_crs_places_a_mission_as_earth_does(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_each_file_says_that_nobody_flew_it(suffix: str, tmp_path: Path) -> None:
     """And a plan that cannot be flown is refused unless forced, and then says why."""
-    for file in placed().export(tmp_path / f"a{suffix}"):
+    for file in placed().export(tmp_path / f"a{suffix}", force=True):
         assert (NOT_FLOWN in file.read_text("utf-8")) != (file.suffix == ".waypoints")
     fallen = placed(problem="P3", perspective="battery")
     file = tmp_path / f"b{suffix}"
@@ -339,7 +413,8 @@ def test_a_place_on_earth_is_whole(values: dict[str, object], words: str) -> Non
 
 def test_the_command_writes_what_the_library_writes(tmp_path: Path) -> None:
     """Exit codes, words and files of ``optuav export``."""
-    good, fallen = placed(), placed(problem="P3", perspective="battery")
+    good = optuav.solve(optuav.load("matrice350").replace(BERLIN))
+    fallen = placed(problem="P3", perspective="battery")
     good.save(tmp_path / "good.json")
     fallen.save(tmp_path / "fallen.json")
     for suffix in SUFFIXES:
@@ -388,7 +463,7 @@ def test_an_unknown_altitude_is_told(suffix: str, tmp_path: Path) -> None:
     unstated = {key: value for key, value in BERLIN.items() if "altitude" not in key}
     for earth, told in ((unstated, True), ({**unstated, "earth.altitude_m": 1.0}, False)):
         plan = optuav.solve(optuav.load("paper").replace(earth))
-        for file in plan.export(tmp_path / f"a{suffix}"):
+        for file in plan.export(tmp_path / f"a{suffix}", force=True):
             words = file.read_text("utf-8")
             assert ("earth.altitude_m is 0" in words) == (told and file.suffix != ".waypoints")
 

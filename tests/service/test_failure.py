@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import math
+from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,8 +22,12 @@ from tests.cli.run import words
 from tests.examples import few
 from tests.plan.test_export import BERLIN
 
+START = "2027-05-01T14:00+02:00"
+HERE = optuav.load("matrice350").replace(BERLIN)
 RESERVE = optuav.coverage("matrice350").event(4, 5)
 """Four hours with one drone more than needed."""
+CLIMB_S = 2.0 * (12.0 / RESERVE.mission.flight.acceleration_m_s2) ** 0.5
+"""A climb of 12 m from standing to standing."""
 
 
 def uncovered_s(event: Event, drone: int, at_s: float) -> float:
@@ -51,8 +57,10 @@ def test_gaps_are_those_that_seconds_show(drone: int, at_s: int) -> None:
     roster = failure.roster
     assert roster is not None
     assert roster.replay().flyable
-    out_s = RESERVE.cycles[0].phases[0].duration_s
+    out_s = RESERVE.cycles[0].phases[0].duration_s + CLIMB_S
     assert 0.0 <= failure.new_gap_s <= out_s + 1e-6
+    last = {row["drone"]: row for row in roster.rows}
+    assert {row["rest_s"] for row in last.values()} == {0.0}  # It rests on, failed or not
     assert all(row["start_s"] + row["hover_s"] <= at_s + 1e-6 for row in roster.rows
                if row["drone"] == drone) or failure.gap_s == 0.0  # fmt: skip
     ends_s = [row["start_s"] + row["hover_s"] for row in roster.rows]
@@ -79,7 +87,7 @@ def test_who_can_cover_can(at_s: float) -> None:
             continue
         flown = [each for each in RESERVE.rows if each["drone"] == row["drone"]]
         flown = [each for each in flown if each["start_s"] - out.duration_s < at_s]
-        assert row["ready_s"] >= at_s + out.duration_s - 1e-6
+        assert row["ready_s"] >= at_s + out.duration_s + CLIMB_S - 1e-6
         for more_s, flyable in ((0.0, True), (5.0, False)):
             ends_s = [each["start_s"] + each["hover_s"] + back.duration_s for each in flown]
             takes_off_s = [each["start_s"] - out.duration_s for each in flown[1:]]
@@ -111,7 +119,10 @@ def test_a_drone_with_nothing_left_to_do_makes_no_gap() -> None:
     last = max(row["start_s"] + row["hover_s"] for row in RESERVE.rows if row["drone"] == 1)
     failure = RESERVE.without(1, last + 100.0)
     assert (failure.gap_s, failure.gap_from_s, failure.new_gap_s) == (0.0, None, 0.0)
-    assert failure.roster is RESERVE
+    assert failure.roster is not None
+    assert failure.roster.rows == RESERVE.rows
+    assert "4 h without a gap" in str(failure.roster)
+    assert "Failed drone 1" in words(str(failure.roster))
 
 
 @pytest.mark.parametrize("options", [{}, {"swap_s": 300.0}], ids=str)
@@ -139,6 +150,63 @@ def test_the_new_roster_is_flown_by_files_too(tmp_path: Path) -> None:
     assert [*failure.plot()] == ["event.png"]
     assert "Without drone 3 from 1000 s on" in str(failure)
     assert len(failure.to_frame()) == 4
+
+
+@pytest.mark.parametrize("options", [{}, {"swap_s": 300.0}], ids=str)
+@pytest.mark.parametrize("at_s", [500, 3000, 6100])
+def test_nobody_takes_off_for_a_failure_before_it(options: Any, at_s: int, tmp_path: Path) -> None:
+    """By the clock of the pilots, with the climb; and the failed drone lands no more."""
+    event = optuav.coverage(HERE, **options).event(4, 5)
+    drone = next(row["drone"] for row in event.rows if row["start_s"] + row["hover_s"] > at_s)
+    failure = event.without(drone, at_s)
+    assert failure.roster is not None
+    files = failure.roster.save_flights(tmp_path, START)
+    with (tmp_path / "roster.csv").open(encoding="utf-8") as file:
+        rows = [*csv.DictReader(file)]
+    begin = datetime.fromisoformat(START)
+    planned = event.save_flights(tmp_path / "before", START)
+    with (tmp_path / "before" / "roster.csv").open(encoding="utf-8") as file:
+        before = {(row["drone"], row["take_off"]) for row in csv.DictReader(file)}
+    assert "failed" not in planned[0].read_text("utf-8")
+    passed_s = {
+        (row["drone"], row["take_off"]): (
+            datetime.fromisoformat(row["take_off"]) - begin
+        ).total_seconds()
+        for row in rows
+    }
+    assert all(s >= at_s - 0.5 for flight, s in passed_s.items() if flight not in before)
+    assert any(flight not in before for flight in passed_s)
+    (lost,) = (row for row in rows if row["failed"])
+    assert (lost["drone"], lost["landing"], lost["leave"]) == (str(drone), "", "")
+    assert (datetime.fromisoformat(lost["failed"]) - begin).total_seconds() == at_s
+    assert max(number for number, row in enumerate(rows) if row["drone"] == str(drone)) == (
+        rows.index(lost)
+    )
+    assert not [*tmp_path.glob(f"drone-{drone}-visit-{lost['visit']}.*")]
+    gap = f"with a gap of {failure.new_gap_s:.2f} s"
+    assert failure.new_gap_s is not None
+    texts = [file.read_text("utf-8") for file in files if file.suffix in (".plan", ".txt", ".kml")]
+    assert texts
+    assert all(f"drone {drone} fails at" in text for text in texts)
+    assert all(gap in text for text in texts)
+    assert f"visit {lost['visit']}\\, fails" in (tmp_path / "roster.ics").read_text("utf-8")
+    ((_, axes),) = failure.roster.pictures()
+    assert gap in axes.get_title(loc="left")
+    (mark,) = (text for text in axes.texts if "failed" in text.get_text())
+    assert mark.get_position() == pytest.approx((at_s / 3600.0, drone - 1))
+    bars = [path.get_extents() for bars in axes.collections for path in bars.get_paths()]
+    own = [bar for bar in bars if abs(0.5 * (bar.y0 + bar.y1) - drone + 1) < 0.1]
+    assert max(bar.x1 for bar in own) == pytest.approx(at_s / 3600.0)
+
+
+def test_a_higher_climb_after_a_failure_is_told(tmp_path: Path) -> None:
+    """The roster counts on 12 m; by hand, 27 m last half as long again."""
+    event = optuav.coverage(HERE).event(4, 5)
+    roster = event.without(2, 3000).roster
+    assert roster is not None
+    files = roster.save_flights(tmp_path, START, climb_m=27.0)
+    text = next(file for file in files if file.suffix == ".txt").read_text("utf-8")
+    assert f"is {0.5 * CLIMB_S:.1f} s late" in text
 
 
 def test_bad_input() -> None:

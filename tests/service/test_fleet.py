@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -222,12 +223,31 @@ def test_the_picture_of_a_roster_has_its_hovers() -> None:
     for bar in ax.collections:
         if to_hex(bar.get_facecolor()[0]) == PHASES["hover"].lower():
             low, high = bar.get_paths()[0].get_extents().get_points()
-            spans[int(low[1] + 0.5)].append((low[0] * 3600.0, high[0] * 3600.0))
+            spans[int(low[1] + 0.45)].append((low[0] * 3600.0, high[0] * 3600.0))
     rows = [(row["start_s"], row["start_s"] + row["hover_s"]) for row in event.rows]
     for number, drawn in spans.items():
         due = rows if number == event.drones else rows[number :: event.drones]
         assert np.array(sorted(drawn)) == pytest.approx(np.array(due), abs=1e-6)
     assert event.building in str(event)
+
+
+@pytest.mark.parametrize("drones", [4, 5])
+def test_the_picture_of_an_event_shows_overlaps_and_all_legs(drones: int) -> None:
+    """Two drones on station never share a lane, and the axes hold the first and the last leg."""
+    event = optuav.coverage("matrice350").event(4, drones, overlap_s=60.0)
+    (ax,) = event.plot()["event.png"].axes
+    extents = [path.get_extents() for bars in ax.collections for path in bars.get_paths()]
+    low_h, high_h = ax.get_xlim()
+    assert min(box.x0 for box in extents) > low_h
+    assert max(box.x1 for box in extents) < high_h
+    out, _, back, *_ = event.cycles[0].phases
+    assert min(box.x0 for box in extents) <= -0.9 * out.duration_s / 3600.0
+    assert max(box.x1 for box in extents) >= 4.0 + 0.9 * back.duration_s / 3600.0
+    on_station = sorted((box.x0, box.x1, box.y0) for box in extents if box.y0 > drones)
+    assert len(on_station) == len(event.rows)
+    for (_, ends_h, lane), (begins_h, _, other) in pairwise(on_station):
+        assert ends_h - begins_h == pytest.approx(60.0 / 3600.0)
+        assert lane != other
 
 
 def test_the_picture_and_the_table_of_a_fleet() -> None:

@@ -95,7 +95,7 @@ def test_clocks_that_are_put_back_keep_the_duration(tmp_path: Path) -> None:
     ((_, axes),) = event.pictures(start)
     axes.figure.canvas.draw()
     ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
-    told = {hours: label.get_text() for hours, label in ticks if 0.0 <= hours <= 1.0}
+    told = {round(hours, 9): label.get_text() for hours, label in ticks}
     assert (told[0.0], told[1.0]) == ("02:30", "02:30")
     assert axes.get_xlabel() == "clock time, from 2027-10-31 02:30 on"
     last = roster(tmp_path)[-1]
@@ -260,3 +260,14 @@ def test_files_warn_of_drones_that_meet_and_say_how_to_audit_them(tmp_path: Path
     assert not optuav.audit(drones, mission).flyable
     stated = mission.replace({"limits.deadline_s": 1e7, "battery.charging": "taper"})
     assert optuav.audit(drones, stated).flyable
+
+
+def test_the_command_tells_all_faults_at_once() -> None:
+    """Of the event, of its files, and of the points apart."""
+    told = refused(
+        *("coverage", "matrice350", "--hours", "0", "--drones", "0", "--overlap-s", "-1"),
+        *("--separation-m", "abc", "--flights", "f1", "--start", "foo", "--climb-m", "-2"),
+    )
+    names = ("hours", "drones", "overlap-s", "separation-m", "start", "climb-m")
+    assert all(f"--{name} = " in told for name in names)
+    assert "'abc'" in told

@@ -129,16 +129,64 @@ def test_damaged_maps_are_named(content: str, words: str, tmp_path: Path) -> Non
     assert "a.geojson" in str(error.value)
 
 
+def test_all_faults_are_told(tmp_path: Path) -> None:
+    """Of a map and of its features, beside those of missions and options."""
+    line = {"type": "LineString", "coordinates": [[13.4, 52.5], [13.5, 52.5]]}
+    shapes: list[Any] = [{"type": "Point", "coordinates": [13.4, 52.5]}, line, None]
+    features = [{"properties": {"z_m": "high"}, "geometry": shape} for shape in shapes]
+    file = tmp_path / "a.geojson"
+    file.write_text(json.dumps({"crs": "EPSG:25833", "features": features}))
+    with pytest.raises(InputError) as refused_map:
+        optuav.place_laser("nope", file, 0, step_m=-1.0)
+    keys = [fault.key for fault in refused_map.value.faults]
+    assert {"step_m", "crs", "lasers", "features[1].geometry", "features[2].geometry"} <= {*keys}
+    assert sum(key.endswith("z_m") for key in keys) == 3
+    assert "features[2].geometry = null" in str(refused_map.value)
+    said = refused("place", "nope", "--candidates", str(file), "--lasers", "0", "--step", "-1")
+    assert all(f"{key}" in said for key in ("nope: ", "--step = -1.0", "--lasers = 0", "z_m"))
+    (tmp_path / "b.geojson").write_text('<?xml version="1.0"?>\n<kml xmlns="x"></kml>')
+    for kml in ("b.geojson", "b.kml"):
+        with pytest.raises(InputError, match="ogr2ogr -f GeoJSON"):
+            candidates_of(tmp_path / kml, [HERE])
+
+
+def test_sites_that_become_candidates_have_one_number(tmp_path: Path) -> None:
+    """A file of sites is a file of candidates, where other sites have these numbers."""
+    source = tmp_path / "a.geojson"
+    geopandas.GeoDataFrame(
+        {"name": ["North", None]},
+        geometry=geopandas.points_from_xy(*zip(*PLACES[:2], strict=True)),
+        crs=4326,
+    ).to_file(source)
+    sites = optuav.place_laser(HERE, source, refine=False).save(tmp_path / "b.geojson")
+    again = optuav.place_laser(HERE, sites, refine=False)
+    named = optuav.place_laser(HERE, source, refine=False)
+    labels = {text.get_text() for text in optuav.plots.sites(named).texts}
+    assert labels == {{0: "North (0)", 1: "1"}[number] for number in named.selection.sites}
+    (number,) = again.selection.sites
+    assert geopandas.read_file(again.save(tmp_path / "c.geojson"))["name"][0] in (
+        f"North (site {number})",
+        f"Site {number}",
+    )
+
+
 def test_what_is_refused(tmp_path: Path) -> None:
     """No place on Earth, two of them, a height that is none, a grid of too many points."""
     file = points(tmp_path, *PLACES)
     other = HERE.replace({"earth.latitude_deg": 50.0})
-    for missions in (["paper"], [HERE, other]):
-        with pytest.raises(InputError, match="crs: must be the same for all missions"):
+    for missions, words in (
+        (["paper"], r"^paper: crs: is missing; .* crs, or \[earth\]"),
+        ([HERE, other], "crs: must be the same for all missions"),
+    ):
+        with pytest.raises(InputError, match=words):
             optuav.place_laser(missions, file)
     with pytest.raises(InputError, match=r"features\[0\].properties.z_m = 'high'"):
         candidates_of(points(tmp_path, *PLACES, z_m="high"), [HERE])
-    for step_m, words in ((0.0, "0 < x"), (1.0, "at most 10000 candidates"), ("x", "0 < x")):
+    for step_m, words in (
+        (0.0, "0 < x"),
+        (1.0, r"1.0: makes \d+ × \d+ candidates"),
+        ("x", "0 < x"),
+    ):
         stated: Any = step_m
         with pytest.raises(InputError, match=rf"step_m = .*{words}"):
             optuav.place_laser(HERE, "grid", step_m=stated)
