@@ -148,7 +148,7 @@ def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) ->
         (file := tmp_path / "named.geojson").write_text(json.dumps({**content, "crs": crs}))
         refused(
             file,
-            f"the file's crs = {re.escape(repr(name))}: is not a reference system that pyproj knows",
+            f"the file's crs = {re.escape(repr(name))}: is not a reference system that pyproj",
         )
     file.write_text(json.dumps({**content, "crs": "EPSG:25832"}))  # A bare name is no object
     refused(file, r'by its name as in {"type": "name", "properties": {"name": "EPSG:25832"}}')
