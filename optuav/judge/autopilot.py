@@ -29,6 +29,7 @@ from optuav.mission.messages import shown
 
 SUFFIXES = (".plan", ".waypoints", ".kml")
 LARGEST = 20_000_000  # bytes
+WHOLE_FIELDS = 4  # First fields of a line: number, current, frame, command
 FIELDS = "must be twelve: number, current, frame, command, seven figures, continue"
 CALCULATED_OVER_TERRAIN = 3  # QGroundControl's mode of heights that it computes itself
 
@@ -183,7 +184,7 @@ def _of_waypoints(text: str, file: Path) -> StatedFlight:
         if len(cells) != 12:
             faults.append(Fault("fields", f"{len(cells)}", FIELDS, here))
             continue
-        wrong = [n for n, cell in enumerate(cells) if not _is_decimal(cell)]
+        wrong = [n for n, cell in enumerate(cells) if not _is_decimal(cell, n < WHOLE_FIELDS)]
         faults += (Fault(f"field {n + 1}", shown(cells[n]), "a number", here) for n in wrong)
         if not wrong:
             name, _, frame, command, *numbers, _ = map(decimal, cells)
@@ -196,9 +197,10 @@ def _of_waypoints(text: str, file: Path) -> StatedFlight:
     return flight_of_items(file, home, rows[1:], math.nan, [], faults)
 
 
-def _is_decimal(text: str) -> bool:
-    """Return whether a text is a number, and not infinite."""
+def _is_decimal(text: str, finite: bool) -> bool:
+    """Return whether a text is a number, not infinite; NaN stands for no value where it may."""
     try:
-        return not math.isinf(decimal(text))
+        number = decimal(text)
     except ValueError:
         return False
+    return math.isfinite(number) or (math.isnan(number) and not finite)

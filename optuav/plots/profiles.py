@@ -61,9 +61,8 @@ def profile(
     """Draw altitude, speed and power into the battery over a simulated plan.
 
     While a leg turns, the flight model freezes the position: no speed is drawn there. The
-    altitudes between which the UAV may hover are dashed, but of a flight plan, for which they are
-    not judged; each violated limit is marked when it
-    is first passed.
+    altitudes between which the UAV may hover are dashed, but not those of a flight plan, where they
+    are not judged. Each violated limit is marked when it is first passed.
 
     Parameters
     ----------

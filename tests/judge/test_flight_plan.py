@@ -430,6 +430,11 @@ def test_a_wrong_value_of_a_plan_is_named_by_its_key(
             "line 2: fields = 7: must be twelve",
         ),
         ("a.waypoints", "QGC WPL 110\n", "has no items: is it cut off"),
+        (
+            "a.waypoints",
+            "QGC WPL 110\n0 1 0 nan 0 0 0 0 52.5 13.4 34 1\n1 0 3 inf 0 0 0 0 52.5 13.4 34 1",
+            r"line 2: field 4 = 'nan': must be a number\n.* field 4 = 'inf'",
+        ),
         ("a.waypoints", "QGC WPL 100\n0 0 3 16", "of version 100; optuav reads version 110"),
         ("a.waypoints", "QGC WPL 1100\n0 0 3 16", "of version 1100; optuav reads version 110"),
         ("a.kml", KML[: len(KML) // 2], "is damaged or cut off at line"),
