@@ -153,6 +153,8 @@ def audit(
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
+    from optuav.judge.audit import subject_of
+
     faults = list[Fault]()
     if plot is not None:
         from optuav.plots.files import SEVERAL
@@ -160,7 +162,10 @@ def audit(
         with collected(faults):
             check_places(plot, None, *SEVERAL, file_only="--plot")
     with collected(faults):
-        judged = optuav.audit(plan, drone)
+        if faults:  # Only what else is wrong, before the work
+            subject_of(plan, drone)
+        else:
+            judged = optuav.audit(plan, drone)
     refuse(by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission") for fault in faults)
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:

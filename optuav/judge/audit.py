@@ -143,18 +143,7 @@ def audit(
     >>> print(str(verdict).splitlines()[2])
     Times        mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
-    subject: Plan | Itinerary
-    data: Mapping[str, Any] = {}
-    if mission is not None:
-        if not isinstance(plan, str | Path) or Path(plan).suffix.lower() in ("", ".json", ".toml"):
-            words = "goes with a flight plan only: a .plan, .waypoints or .kml, or QGC WPL text"
-            raise InputError([Fault("mission", shown(mission), words)])
-        source, subject = read_flight(plan, mission)
-    elif is_flight(plan):
-        words = "is a flight plan: state the drone that flies it by mission, such as relay-today"
-        raise InputError([Fault("", "", words, str(plan))])
-    else:
-        source, subject, data = read(plan)
+    source, subject, data = subject_of(plan, mission)
     if isinstance(subject, Plan) and not subject:
         why = "; ".join(subject.reasons) or subject.proof
         words = f"there is no plan ({subject.status.value}): {why}"
@@ -169,6 +158,22 @@ def audit(
         for name in (key for key in DERIVED if key in data and key != "warnings"):
             events += _contradictions(name, data[name], follows[name], replayed.mission_time_s)
     return Audit(source, subject, replayed, tuple(events))
+
+
+def subject_of(
+    plan: Plan | Itinerary | Mapping[str, object] | str | Path,
+    mission: Mission | str | Path | None,
+) -> tuple[str, Plan | Itinerary, Mapping[str, Any]]:
+    """The name of what is audited, its plan or itinerary, and the data of a plan's file."""
+    if mission is not None:
+        if not isinstance(plan, str | Path) or Path(plan).suffix.lower() in ("", ".json", ".toml"):
+            words = "goes with a flight plan only: a .plan, .waypoints or .kml, or QGC WPL text"
+            raise InputError([Fault("mission", shown(mission), words)])
+        return (*read_flight(plan, mission), {})
+    if is_flight(plan):
+        words = "is a flight plan: state the drone that flies it by mission, such as relay-today"
+        raise InputError([Fault("", "", words, str(plan))])
+    return read(plan)
 
 
 def _along(judged: Audit) -> tuple[Reached, ...]:
