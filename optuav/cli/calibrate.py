@@ -33,7 +33,7 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, with confidence intervals."""
-    from optuav.calibration.logs.read import LARGEST_LOG
+    from optuav.calibration.logs.read import LARGEST_LOG, flight_log_in
     from optuav.mission.files import STANDARD, must_be_new, opened
     from optuav.mission.load import load
 
@@ -60,10 +60,11 @@ def calibrate(
             options["columns"] = _columns(column)
     with collected(faults):
         base = None if extends is None else load(extends)
-    if of_columns:  # without which the files cannot be read, but are there or not
+    if faults or of_columns:  # Nothing is fitted, but files and their columns are there or not
         for path in files:
             with collected(of_data), opened(path, LARGEST_LOG):
-                pass
+                if "columns" in options:
+                    flight_log_in(path, options["columns"])
     else:
         with collected(of_data):
             fit: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
