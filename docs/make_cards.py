@@ -222,9 +222,9 @@ def page() -> str:
         ("flight", "first-plan.html", flight(), "One flight",
          "How long can it hover, and where does it rest?"),
         ("day", "coverage.html", day(), "A day",
-         "How many drones do I need? Drones, pads, watts and a roster for the pilots."),
+         "How many drones do I need, with a laser, a pad, a cable or fresh packs?"),
         ("town", "city.html", town(), "A town",
-         "Which roofs does a laser see, and where should lasers stand? With a bound."),
+         "Which roofs does a laser see, and where should lasers stand?"),
     )  # fmt: skip
     style = variables(".cards") + STYLE.format(
         signs="".join(f".card {rule}\n" for rule in signs.STYLE.strip().splitlines())

@@ -34,6 +34,8 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 FENCE = re.compile(r"^```(.*)$", re.MULTILINE)
 PLACE = re.compile(r"`((?!docs/_build)(?:optuav|formulations|tests|examples|docs)/[\w./-]*)`")
+BLOCK = re.compile(r"\s*(```|[-*] |\d+\. |\||!\[|<|>|\$\$)")
+"""Begin of a paragraph that is not prose."""
 LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 Row = dict[str, str]
@@ -151,6 +153,16 @@ def test_files_that_a_page_names_exist(page: Path) -> None:
     """Files and folders of the repository, such as ``formulations/p4.py``."""
     named = PLACE.findall(page.read_text("utf-8"))
     assert [each for each in named if not (ROOT / each).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_colon_at_the_end_of_a_paragraph_announces_a_block(page: Path) -> None:
+    """A list, a table, code or a picture follows: a list that is lost leaves its announcement."""
+    text = re.sub(r"^```.*?^```$", "```", page.read_text("utf-8"), flags=re.M | re.S)
+    blocks = [block.strip("\n") for block in re.split(r"\n{2,}", text)]
+    announced = itertools.pairwise([*blocks, ""])
+    lost = [(a, b) for a, b in announced if a.endswith(":") and not BLOCK.match(b)]
+    assert lost == []
 
 
 # What goes with what

@@ -130,7 +130,7 @@ def steady_wind() -> None:
 
 CHECKS: dict[str, Callable[[], None] | None] = {
     "Why does the optimal plan of the paper fall?": falls,
-    "Which wells has my battery?": wells,
+    "Which wells does my battery have?": wells,
     "Why does the drone fly 155 m/s?": no_drag,
     "Why does a stronger laser change nothing?": stronger_laser,
     "Why do the numbers differ from the paper's?": None,
@@ -143,9 +143,9 @@ CHECKS: dict[str, Callable[[], None] | None] = {
     "Can a leg fly over or around a building?": buildings,
     "Can the plan change during the flight?": replanning,
     "How do I add a second device?": second_device,
-    "Does it know wind and gusts?": steady_wind,
+    "Does it account for wind and gusts?": steady_wind,
     "Which unit does a number have?": None,
-    "Why do I see `?` instead of Δ?": None,
+    "Why do I see `Delta` instead of Δ?": None,
     "Why does Python say that `formulations` is hidden?": None,
     "May I use it in my course or product?": None,
 }
