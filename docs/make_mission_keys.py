@@ -26,14 +26,14 @@ START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of ke
 
 HEAD = ("| key | meaning | allowed values | if left out |", "|---|---|---|---|")
 INSTEAD = {
-    "flow_rate_per_s": "state flow_rate_per_min",
-    "visibility_km": "state attenuation_per_km",
-    "attenuation_per_km": "state visibility_km",
+    "flow_rate_per_s": "set flow_rate_per_min",
+    "visibility_km": "set attenuation_per_km",
+    "attenuation_per_km": "set visibility_km",
     **dict.fromkeys(CONVERSIONS[810], "by the wavelength"),
-    **dict.fromkeys(("radius_m", "cell_efficiency"), 'needed by "gaussian"'),
-    "area_m2": 'needed by "divergence"',
-    "device_m": "state [[devices]]",
-    **{key.removeprefix("body."): "needed by rotors" for key in Rotors.needs if "." in key},
+    **dict.fromkeys(("radius_m", "cell_efficiency"), 'required by "gaussian"'),
+    "area_m2": 'required by "divergence"',
+    "device_m": "set [[devices]]",
+    **{key.removeprefix("body."): "required by rotors" for key in Rotors.needs if "." in key},
 }
 """What holds where a key is left out whose field has no default that tells."""
 
@@ -41,7 +41,7 @@ PER_MINUTE = (
     "flow_rate_per_min",
     "The same rate per minute [1/min].",
     RATE_PER_MINUTE.words,
-    "state flow_rate_per_s",
+    "set flow_rate_per_s",
 )
 
 Row = tuple[str, str, str, str]
@@ -60,7 +60,7 @@ def rows(model: type[MissionSection], keys: Iterable[str]) -> Iterator[Row]:
 def left_out(field: FieldInfo) -> str:
     """What holds where a file does not state the key."""
     if field.is_required():
-        return "needed"
+        return "required"
     return "–" if field.default is None else f"`{json.dumps(plain(field.default))}`"
 
 

@@ -98,7 +98,7 @@ def accepted(name: str, **options: Any) -> bool:
 def _must(values: Collection[str | None]) -> str:
     """Whether an option with these accepted values must be stated, may be or must not."""
     if None not in values:
-        return "needed"
+        return "required"
     return "free" if len(values) > 1 else NONE
 
 
@@ -216,7 +216,7 @@ def options_of(command: str) -> Iterator[Row]:
             yield (
                 f"`{option.metavar}`",
                 option.help,
-                "needed" if option.required else standard,
+                "required" if option.required else standard,
             )
             continue
         names = "/".join((option.opts[0], *option.secondary_opts))
@@ -225,7 +225,7 @@ def options_of(command: str) -> Iterator[Row]:
         shown = default is not None and default is not False
         if option.secondary_opts:
             shown, default = True, (option.opts if default else option.secondary_opts)[0]
-        standard = "needed" if option.required else f"`{default}`" if shown else NONE
+        standard = "required" if option.required else f"`{default}`" if shown else NONE
         yield (f"`{name}`", option.help, standard)
 
 

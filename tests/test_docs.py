@@ -167,7 +167,7 @@ def test_a_colon_at_the_end_of_a_paragraph_announces_a_block(page: Path) -> None
 
 # What goes with what
 
-FREE = {"–": {False}, "needed": {True}, "free": {False, True}}
+FREE = {"–": {False}, "required": {True}, "free": {False, True}}
 
 
 def goes(row: Row, problem: str, options: Mapping[str, str]) -> bool:

@@ -319,7 +319,7 @@ def coverage(
     mission
         A mission, or its name or path.
     perspective
-        How charge counts, as for `optuav.solve`: ``"available"`` or ``"battery"``.
+        How to count charge, as for `optuav.solve`: ``"available"`` or ``"battery"``.
     swap_s
         Duration of an exchange of the pack instead of a rest [s], > 0 and up to 1e7.
     lit_hover

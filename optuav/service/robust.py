@@ -189,7 +189,7 @@ def robust(
     problem
         ``"P1"``, ``"P3"``, or an instance of `P1`, `P3` or `P4` with one rest and hover.
     perspective
-        How charge counts, as for `optuav.solve`: ``"available"`` or ``"battery"``.
+        How to count charge, as for `optuav.solve`: ``"available"`` or ``"battery"``.
     chance
         The share of the box in which the plan must hold, between 0 and 1; by default the whole
         box. The plan is then declared for the smallest part of the box, about the mission's own

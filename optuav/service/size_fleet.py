@@ -204,9 +204,9 @@ def size_fleet(
     swap_s
         Duration of an exchange of the packs [s], > 0 and up to 1e7.
     hours
-        Length of an event [h], > 0 and up to 240, see `Coverage.event`: then every drone has a beam
-        or a pad for itself, and `share` must be 1. An exchange needs a battery set for every
-        hover, or fewer with chargers where that costs less.
+        Duration of an event [h], > 0 and up to 240, see `Coverage.event`: then every drone has its
+        own beam or pad, and `share` must be 1. An exchange needs a battery set for every hover, or
+        fewer sets and some chargers if that costs less.
 
     Returns
     -------

@@ -297,7 +297,7 @@ def place_laser(
     at_least_s
         With ``"covered"`` and only then: the hover that is enough [s], > 0 and at most 1e7.
     perspective
-        How charge counts, as for `optuav.solve`.
+        How to count charge, as for `optuav.solve`.
     refine
         Whether to move each laser afterwards in the plane, by up to half the distance from its
         candidate to the nearest other one, while the same places stay in its sight. It tries eight

@@ -133,7 +133,7 @@ def route_choice(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     perspective
-        How charge counts, as for `optuav.solve`: ``"battery"``, ``"energy"`` or ``"adjusted"``,
+        How to count charge, as for `optuav.solve`: ``"battery"``, ``"energy"`` or ``"adjusted"``,
         which are linear in the times.
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows for each route, the

@@ -51,7 +51,7 @@ def formulate(
         ``"P1"``, ``"P2"``, ``"P3"``, or an instance such as `P4`, with one rest and one hover at
         most.
     perspective, slot_s, engine, graph, time_limit_s
-        How charge counts, length of slots [s] (None for continuous times), engine that will solve
+        How to count charge, length of slots [s] (None for continuous times), engine that will solve
         the program, edited graph, and time limit of the engine [s]; `optuav.solve` explains them.
 
     Returns

@@ -97,7 +97,7 @@ def compare(
         ``"method"``; ``"perspective"``, ``"trajectory"`` or both; ``"schedule"`` of the packs; or
         ``"speed"`` of the legs.
     perspective
-        How charge counts, as for `optuav.solve` but for ``"wells"``; None for ``"available"``,
+        How to count charge, as for `optuav.solve` but for ``"wells"``; None for ``"available"``,
         which always holds by schedule.
     slots_s
         Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60;

@@ -91,7 +91,7 @@ class MethodComparison(Comparison):
     Parameters
     ----------
     perspective
-        How charge counts.
+        How to count charge.
     agrees, disagreements, failures
         Whether all answers agree, those that do not, and the engines that failed, in words.
     reasons

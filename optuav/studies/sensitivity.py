@@ -84,7 +84,7 @@ class Sensitivity(Result):
     Parameters
     ----------
     perspective
-        How charge counts.
+        How to count charge.
     hover_time_s, plan_hover_time_s
         Longest hover of the mission itself, 0 without a plan; that of the fixed plan, or None [s].
     chances
@@ -177,7 +177,7 @@ def sensitivity(
         each other. A key that the mission does not state needs low and high; its likely value, or
         the middle, stands for the mission's own.
     perspective
-        How charge counts, as for `optuav.solve` but for ``"wells"``.
+        How to count charge, as for `optuav.solve` but for ``"wells"``.
     plan
         The plan that is held fixed, also by the path of its file; by default the best one of the
         mission.
