@@ -87,7 +87,9 @@ def answered(base: Mission, stated: object) -> tuple[Data, Plan | None]:
 def refuse_many(mission: Mission) -> None:
     """Refuse a mission with more buildings than a page can draw."""
     if (count := len(mission.buildings)) > MOST_BUILDINGS:
-        words = f"at most {MOST_BUILDINGS} are explored; optuav solve takes more"
+        words = (
+            f"the explorer accepts at most {MOST_BUILDINGS} buildings; optuav solve accepts more"
+        )
         raise InputError([Fault("buildings", str(count), words)])
 
 
@@ -278,9 +280,9 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
     """
     mission = program.network.mission
     if program.question.perspective == AVAILABLE and mission.battery.takes_turns:
-        return {"words": "Packs that take turns are simulated: there is no plane."}
+        return {"words": "No diagram of times: packs that take turns are only simulated."}
     if not program.parts:
-        return {"words": "No route can be flown: there is no plane."}
+        return {"words": "No diagram of times: no route can be flown."}
     part, entry = route_model_of(program, plan)
     model, way = part.model, program.network.route_names(int(part.routes[entry]))
     marked = [(plan.rest_time_s, plan.hover_time_s)] if plan else []
@@ -318,7 +320,9 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
     prices = [price for price in explained.prices if price.matters]
     steps = [price_words(explained, price) for price in prices if price.solved_again]
     reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
-    worth = f"Worth: {explained.objective} per unit, as a slope at the margin, the others held"
+    worth = (
+        f"Gain: {explained.objective} per unit of a parameter, as a slope, with the others fixed"
+    )
     tables: list[Data] = [
         {"title": "Why there is no plan", "lines": reasons},
         {"title": "Feasible if", "heads": ["change", ""], "rows": repairs},

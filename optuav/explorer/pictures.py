@@ -134,7 +134,7 @@ def _cycle_on(cycle: Coverage, roof: str | None) -> Coverage:
     visits = {visit.building: visit for visit in (cycle.finite_cycle(), *cycle.visits)}
     visit = visits.get(roof or "")
     if visit is None or visit.from_full_s is None or not visit.longest_s:
-        raise NoPlanError(f"No drone that rests on {roof} hovers again and again.")
+        raise NoPlanError(f"A drone that rests on {roof} cannot hover in an endless cycle.")
     return cycle.on(visit)
 
 

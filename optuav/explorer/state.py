@@ -120,7 +120,7 @@ class State:
         for key, value in self.changes.items():
             roof = ROOF.fullmatch(key)
             if key not in allowed and (roof is None or roof[1] not in base.buildings.names):
-                faults.append(Fault(key, shown(value), "the explorer does not change it"))
+                faults.append(Fault(key, shown(value), "cannot be changed in the explorer"))
                 continue
             values[key] = value
             if roof is not None:

@@ -255,7 +255,7 @@ def test_a_link_that_was_cut_says_so(open_page: Open, cut: str) -> None:
 def test_a_link_with_a_refused_pin_opens_the_rest(open_page: Open) -> None:
     late = {"changes": {"limits.deadline_s": 900}}
     page = open_page(fragment=fragment(state=late, pinned={"building": "zzz"}))
-    told(page, "The pinned plan in the address was left out", "zzz")
+    told(page, "The pinned plan in the address was ignored", "zzz")
     says(page, "591.57 s of hover")
     assert page.locator(".pinned").count() == 0
     page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("1200")

@@ -300,7 +300,7 @@ def test_words_of_all_presets_are_whole_in_a_lecture(open_page: Open) -> None:
         assert "Details" not in page.locator("header .why").text_content()
     page.keyboard.press("4")
     playwright.expect(page.locator("header .why")).to_have_text(
-        "No times of rest and hover keep every limit."
+        "No combination of rest and hover times meets every limit."
     )
     page.keyboard.press("Escape")
     playwright.expect(page.locator("header .why")).to_contain_text("Details show")

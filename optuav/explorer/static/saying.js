@@ -20,7 +20,7 @@ export function sayVerdict(header, session, lecture) {
   const promise = verdict.promise ? [make("span", {class: "n"}, time), ` of ${what}; `] : [];
   says.title = verdict.text; // Where there is no room for all
   says.replaceChildren(...promise, outcome(verdict), verdict.reason ? `: ${verdict.reason}` : "");
-  const kept = plane.words ?? "No times of rest and hover keep every limit.";
+  const kept = plane.words ?? "No combination of rest and hover times meets every limit.";
   const told = lecture ? kept : "Details show which single change would make a plan possible.";
   const binds = [make("b", {}, verdict.binds), make("span", {class: "route"}, ` ${verdict.route}`)];
   why.replaceChildren(...(verdict.promise ? binds : [told]));
@@ -43,7 +43,7 @@ function sayDifference(says, why, session) {
 }
 
 function than(more, digits) {
-  if (Math.abs(more) < EQUAL) return "as long";
+  if (Math.abs(more) < EQUAL) return "just as long";
   return `${Math.abs(more).toFixed(digits)} s ${more > 0 ? "more" : "less"}`;
 }
 

@@ -145,7 +145,7 @@ export class Session {
   #refused(plan, faults) {
     plan.refused = true;
     if (plan === this.pinned) {
-      this.#kept = [{key: "", words: "The pinned plan in the address was left out:"}, ...faults];
+      this.#kept = [{key: "", words: "The pinned plan in the address was ignored:"}, ...faults];
       this.#setPin(null);
     } else if (!this.shown && JSON.stringify(brief(plan.state)) !== JSON.stringify({changes: {}})) {
       const words = "The address has invalid values, so the mission is shown unchanged:";
