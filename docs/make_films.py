@@ -35,6 +35,8 @@ ASIDE, TURN_DEG = 46.0, 24.0
 """How far a falling drone drifts [px], and how it lies."""
 WELLS_LEFT, WELLS_TOP, WELLS_WIDTH, WELLS_HEIGHT, APART = 298.0, 18.0, 40.0, 66.0, 5.0
 """Place of the battery, common width of its wells, their height and the gap [px]."""
+REASON_TOP, REASON_STEP = 22.0, 16.0
+"""Place of the lines that say why a drone falls, above its way [px]."""
 BAR_TOP, BAR_HEIGHT = 252.0, 16.0
 """Place of the bar of time [px]."""
 FIGURE = """\
@@ -170,7 +172,7 @@ def films() -> tuple[Film, Film]:
             f"✕ falls at {dry_s:.0f} s",
             f"{published.hover_time_s:.0f} s of hover promised, charge left: {left}",
             "The drone rests on a roof, where a laser charges it, and flies on to hover near a "
-            f"device. After {dry_s:.0f} s the larger well of its battery is empty, and it falls.",
+            f"device. After {dry_s:.0f} s it falls. {' '.join(_reason(falls, dry_s))}",
         ),
         Film(
             flies,
@@ -252,6 +254,10 @@ def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
     ]
     if dry_s is not None:
         steps, marks = _fall(*at(dry_s))
+        marks += [
+            signs.text(LEFT, REASON_TOP + REASON_STEP * number, words, "late")
+            for number, words in enumerate(_reason(replayed, dry_s))
+        ]
         courses["drone"] += [(dry_s + FALL_S * part, where) for part, where in steps]
         still["drone"] = courses["drone"][-1][1]
         scene += marks
@@ -342,6 +348,18 @@ def _fall(x: float, y: float) -> tuple[list[tuple[float, str]], list[str]]:
     bend = f"M{x:.1f} {y:.1f}Q{x + ASIDE / 2:.1f} {y:.1f} {x + ASIDE:.1f} {GROUND - STANDS}"
     words = signs.text(x + ASIDE + 26, GROUND - 24, "falls", "word late")
     return steps, [f'<path class="fall late" d="{bend}"/>', words]
+
+
+def _reason(replayed: Replay, dry_s: float) -> tuple[str, ...]:
+    """Why a drone falls at a moment [s], in short lines."""
+    trace, battery = replayed.trace, replayed.mission.battery
+    bound_As = float(np.interp(dry_s, trace.time_s, trace.bound_As[:, 0]))
+    share = bound_As / (battery.packs * battery.capacity_As)
+    return (
+        "The well that feeds the rotors",
+        f"is empty; {share:.0%}".replace("%", " %") + " of the charge",
+        "is left in the other.",
+    )
 
 
 def _moments_s(replayed: Replay, flown_s: float) -> Iterator[float]:

@@ -549,6 +549,11 @@ def test_numbers_of_the_films(films: str) -> None:
     assert falls
     assert f"✕ falls at {dry_s:.0f} s" in films
     assert f"{hover_s:.0f} s of hover promised, charge left: 5 %" in films
+    drawn_As, until_s = 0.0, dry_s
+    for phase in promised.phases:
+        drawn_As -= phase.current_A * min(phase.duration_s, until_s)
+        until_s = max(0.0, until_s - phase.duration_s)
+    assert f"is empty; {1.0 - drawn_As / 72_000.0:.0%}".replace("%", " % of the charge") in films
     lands_s, falls = flown(optuav.solve("paper"), -5.0)  # It lands as the well becomes empty
     assert not falls
     assert f"✓ lands at {lands_s:.0f} s" in films
