@@ -98,6 +98,6 @@ def test_a_shipped_mission_is_called_one() -> None:
 
 def test_help_tells_what_an_itinerary_holds() -> None:
     """Brackets would be taken for markup of the screen, and vanish."""
-    assert "schema, mission and a table stops for each stop: at (a place, or" in words(
+    assert "keys schema and mission, and a table stops for each stop: at (the name" in words(
         run("audit", "--help").out
     )

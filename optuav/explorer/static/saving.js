@@ -14,7 +14,9 @@ export function save(name, content, type = "") {
 
 export async function copyLink(made, session) {
   const copied = navigator.clipboard.writeText(session.link());
-  made.textContent = await copied.then(() => "Link copied", () => "Not copied: the link is in the address bar");
+  made.textContent = await copied.then(
+    () => "Link copied", () => "Not copied: the link is in the address bar"
+  );
   setTimeout(() => (made.textContent = "Copy link"), COPIED_MS);
 }
 
