@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -491,3 +492,24 @@ def test_many_routes_with_blocked_legs_are_compared_without_a_warning() -> None:
         warnings.simplefilter("error")
         plan = optuav.solve(mission, perspective="energy")
     assert sorted(plan.hovers) == names
+
+
+def test_repairs_count_every_order_of_the_devices() -> None:
+    """The shortest deadline with a plan does not depend on the order in the file."""
+    sensors = optuav.load("three-sensors")
+    short = sensors.replace({"limits.deadline_s": 20})
+    devices = [device.model_dump() for device in reversed(sensors.devices)]
+    known = set[str]()
+    for mission in (short, short.replace({"devices": devices})):
+        repairs = {repair.key: repair for repair in optuav.explain(mission).repairs}
+        known.add(str(repairs["limits.deadline_s"]))
+        value: Any = repairs["limits.deadline_s"].value
+        assert optuav.solve(mission.replace({"limits.deadline_s": value}))
+        assert not optuav.solve(mission.replace({"limits.deadline_s": value - 0.1}))
+    assert len(known) == 1
+
+
+def test_trajectories_are_compared_where_they_mean_something() -> None:
+    """The paper's ways to choose a building go by one device."""
+    compared = optuav.compare(THREE, by="trajectory", perspective="battery")
+    assert [row["trajectory"] for row in compared.rows] == ["direct", "optimal"]
