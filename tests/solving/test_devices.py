@@ -16,6 +16,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
+from optuav.options import Perspective
 from optuav.status import Status
 from tests.solving.devices import Town, random_town
 
@@ -513,3 +514,16 @@ def test_trajectories_are_compared_where_they_mean_something() -> None:
     """The paper's ways to choose a building go by one device."""
     compared = optuav.compare(THREE, by="trajectory", perspective="battery")
     assert [row["trajectory"] for row in compared.rows] == ["direct", "optimal"]
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_a_hover_that_is_too_long_is_told_with_the_longest(perspective: Perspective) -> None:
+    """Over one device and several; a hair less has a plan."""
+    for mission in (optuav.load("paper"), optuav.load("three-sensors")):
+        longest_s = optuav.solve(mission, perspective=perspective).hover_time_s
+        plan = optuav.solve(mission, optuav.P2(hover_time_s=9e4), perspective=perspective)
+        assert plan.reasons == (
+            f"90000 s of hover do not fit: the longest is {longest_s:.2f} s, by P1",
+        )
+        fits = optuav.P2(hover_time_s=longest_s - 1e-3)
+        assert optuav.solve(mission, fits, perspective=perspective)
