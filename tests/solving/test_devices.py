@@ -519,7 +519,7 @@ def test_trajectories_are_compared_where_they_mean_something() -> None:
 @pytest.mark.parametrize("perspective", ["battery", "available"])
 def test_a_hover_that_is_too_long_is_told_with_the_longest(perspective: Perspective) -> None:
     """Over one device and several; a hair less has a plan."""
-    for mission in (optuav.load("paper"), optuav.load("three-sensors")):
+    for mission in (PAPER, THREE):
         longest_s = optuav.solve(mission, perspective=perspective).hover_time_s
         plan = optuav.solve(mission, optuav.P2(hover_time_s=9e4), perspective=perspective)
         assert plan.reasons == (
