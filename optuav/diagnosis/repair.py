@@ -25,12 +25,13 @@ from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError, excess
-from optuav.network.graph import Graph, edited_network
-from optuav.network.network import Network, build_network
+from optuav.network.graph import Graph
+from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
+from optuav.solving.device_routes import network_for
 from optuav.solving.longest import ITINERARIES_AT_ONCE
 from optuav.solving.question import PROBLEM_NAMES, Question, checked_question, solve_model
 from optuav.solving.route_models import declarations, permitted_routes
@@ -76,9 +77,8 @@ class MissionQuestion:
 
     def case(self, mission: Mission) -> Case:
         """The question about another mission and its network, without declarations."""
-        graph = self.graph
-        network = build_network(mission) if graph is None else edited_network(mission, graph)
-        return checked_question(mission, **vars(self.stated)), network
+        question = checked_question(mission, **vars(self.stated))
+        return question, network_for(mission, self.graph, question)
 
     def about(self, problem: Formulation) -> MissionQuestion:
         """The question with another problem."""

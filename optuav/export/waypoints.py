@@ -44,6 +44,8 @@ def items(flight: Flight, climb_m: float) -> Iterator[Item]:
         if step.kind == "hover":
             yield at(LOITER_TIME, end, stay_s=step.duration_s)
             continue
+        if step.duration_s == 0.0 and step is not flight.steps[-1]:
+            continue  # Between hovers at one point
         told_m_s = 0.0
         for point, level_m_s in zip(step.way[1:], step.level_speeds_m_s, strict=True):
             speed_m_s = max(level_m_s, SLOWEST_M_S)

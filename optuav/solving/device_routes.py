@@ -22,6 +22,7 @@ from formulations.soc import PAPER
 from optuav.arrays import Floats, Integers
 from optuav.errors import refuse
 from optuav.mission import Mission
+from optuav.network.graph import Graph, network_of
 from optuav.network.network import Network
 from optuav.network.routes import build_routes, some_routes, straight_legs
 from optuav.network.variants import as_variants
@@ -46,6 +47,12 @@ def orders_of(mission: Mission, problem: Formulation) -> Integers:
     if problem.device_order is not None:
         return np.array([[names.index(name) for name in problem.device_order]])
     return np.array([*permutations(range(len(names)))])
+
+
+def network_for(mission: Mission, graph: Graph | None, question: Question) -> Network:
+    """The network of a mission, or of its edited graph, with the routes of a question."""
+    network = network_of(mission, graph)
+    return with_routes(network, question) if mission.devices else network
 
 
 def with_routes(network: Network, question: Question) -> Network:

@@ -9,6 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from formulations.p1 import P1
+from formulations.p2 import P2
 from optuav.arrays import Booleans, Values
 from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.errors import InputError
@@ -19,8 +21,10 @@ from optuav.modelling.declaration import Constraint
 from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.traversal import has_unknowns
 from optuav.network.network import Network
+from optuav.network.variants import as_variants
 from optuav.plan import Plan
 from optuav.presentation.numbers import all_digits
+from optuav.solving.best_plans import best_plans
 from optuav.solving.constraint_words import words
 from optuav.solving.question import Question, solve_model
 from optuav.solving.route_models import RouteModel
@@ -76,6 +80,20 @@ def shortest_flight(network: Network, parts: Sequence[RouteModel]) -> tuple[int,
     return number, int(flight_s[number].argmin())
 
 
+def _longest_instead(question: Question, network: Network) -> str:
+    """Words on the longest hover if a longer one is wanted; empty if none is, or none fits."""
+    wanted = question.problem
+    if not isinstance(wanted, P2) or wanted.hover_time_s is None or question.slot_s is not None:
+        return ""
+    longest = P1(trajectory=wanted.trajectory, device_order=wanted.device_order)
+    best = best_plans(as_variants(network), replace(question, problem=longest, engine=AUTO))
+    hover_s = float(best.hover_time_s[0])
+    if not hover_s < wanted.hover_time_s:  # NaN without a plan
+        return ""
+    words = f"{wanted.hover_time_s:.12g} s of hover do not fit"
+    return f"{words}: the longest is {hover_s:.2f} s, by P1"
+
+
 def shortfalls(
     question: Question, network: Network, parts: Sequence[RouteModel]
 ) -> tuple[str, ...]:
@@ -89,6 +107,8 @@ def shortfalls(
     if shortest_s > deadline_s:
         late = f"longer than limits.deadline_s = {deadline_s:g} s"
         return (f"the flight takes {shortest_s:.2f} s, {late}",)
+    if longest := _longest_instead(question, network):
+        return (longest,)
     model, parameters = part.model, part.model.row(entry)
     continuous = replace(question, slot_s=None, engine=AUTO)
     linear = (part for part in parts if traits(part.model).linear)

@@ -18,7 +18,7 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.device_routes import with_routes
+from optuav.solving.device_routes import network_for
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
 from optuav.solving.question import Question, along_edges, mission_and_question
@@ -207,25 +207,19 @@ def _routes_in_question(known: Mission, question: Question, graph: Graph | None)
         able = few is not None and permitted_routes(as_variants(few), question.problem).any()
         if few and (able or impossibilities(few, one_stop=False)):
             return few
-    return _network(known, graph, question)
+    return network_for(known, graph, question)
 
 
 def _program(known: Mission, question: Question, graph: Graph | None) -> Program:
     """Declare the problem, with one rest and one hover if it allows several."""
     if not question.searched:
-        return declared_program(question, _network(known, graph, question))
+        return declared_program(question, network_for(known, graph, question))
     from optuav.solving import free_hover, free_speed
 
     _refuse_graph(question, graph)
     if question.speed_free:
         return free_speed.free_program(question, known)
     return free_hover.free_program(question, known)
-
-
-def _network(known: Mission, graph: Graph | None, question: Question) -> Network:
-    """The network of a mission, or of its edited graph, with the routes of a question."""
-    network = network_of(known, graph)
-    return with_routes(network, question) if known.devices else network
 
 
 def _refuse_graph(question: Question, graph: Graph | None) -> None:

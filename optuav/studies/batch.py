@@ -20,11 +20,11 @@ from optuav.errors import Fault, InputError, SolverError, collected, refuse, req
 from optuav.mission import Mission, load_all
 from optuav.mission.keys import numeric_keys, range_of
 from optuav.mission.messages import shown
-from optuav.network.network import Network, build_network
+from optuav.network.network import Network
 from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, BestPlans, best_plans, takes_arrays
-from optuav.solving.device_routes import with_routes
+from optuav.solving.device_routes import network_for, with_routes
 from optuav.solving.promising_buildings import best_plans_or_all, promising_subset
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
 from optuav.solving.solve import formulate, solve
@@ -411,7 +411,7 @@ def best_alone(mission: Mission | InputError, question: Question) -> BestPlans:
         return without(plan.status, plan.status.value)
     if not plan:
         alike = replace(question, problem=P1(), perspective="battery")
-        simpler = best_plans(as_variants(build_network(mission)), alike)
+        simpler = best_plans(as_variants(network_for(mission, None, alike)), alike)
         names = [*CODES]
         return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]

@@ -220,7 +220,10 @@ def _settings(
             for period_s in periods_of_schedule
         ]
     perspectives = COMPARED_PERSPECTIVES if "perspective" in by else (perspective,)
-    trajectories = COMPARED_TRAJECTORIES if "trajectory" in by else ("optimal",)
+    # Over several devices, the paper's two ways of choosing a building mean nothing.
+    several: tuple[Trajectory, ...] = ("direct", "optimal")
+    compared = several if mission.devices else COMPARED_TRAJECTORIES
+    trajectories = compared if "trajectory" in by else ("optimal",)
     return [
         {"perspective": counted_by, "trajectory": trajectory}
         for counted_by in perspectives

@@ -512,3 +512,17 @@ def test_every_piece_of_a_bent_leg_tells_its_own_speed(tmp_path: Path) -> None:
     assert len(leg.waypoints_m) == 1
     assert 2.0 * speeds_m_s[0] < speeds_m_s[1]
     assert 0.8 * leg.duration_s < flown_s < leg.duration_s
+
+
+def test_two_hovers_at_one_point_have_no_leg_between(tmp_path: Path) -> None:
+    """No autopilot is told to creep to where it is."""
+    point = {"hover_m": [600, 450, 80]}
+    devices = [
+        {"name": "a", "position_m": [600, 450, 0], **point},
+        {"name": "b", "position_m": [610, 450, 0], **point},
+    ]
+    mission = optuav.load("relay-today").replace({**BERLIN, "devices": devices})
+    plan = optuav.solve(mission, P1(trajectory="direct"))
+    (file,) = plan.export(tmp_path / "two.waypoints")[:1]
+    commands = [item.command for item in waypoints(file)]
+    assert [*map(commands.count, (LOITER, WAYPOINT))] == [2, 3]  # home, hover point, destination

@@ -9,12 +9,14 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
 
 import optuav
 from optuav.errors import InputError
+from optuav.options import Perspective
 from optuav.status import Status
 from tests.solving.devices import Town, random_town
 
@@ -491,3 +493,37 @@ def test_many_routes_with_blocked_legs_are_compared_without_a_warning() -> None:
         warnings.simplefilter("error")
         plan = optuav.solve(mission, perspective="energy")
     assert sorted(plan.hovers) == names
+
+
+def test_repairs_count_every_order_of_the_devices() -> None:
+    """The shortest deadline with a plan does not depend on the order in the file."""
+    sensors = optuav.load("three-sensors")
+    short = sensors.replace({"limits.deadline_s": 20})
+    devices = [device.model_dump() for device in reversed(sensors.devices)]
+    known = set[str]()
+    for mission in (short, short.replace({"devices": devices})):
+        repairs = {repair.key: repair for repair in optuav.explain(mission).repairs}
+        known.add(str(repairs["limits.deadline_s"]))
+        value: Any = repairs["limits.deadline_s"].value
+        assert optuav.solve(mission.replace({"limits.deadline_s": value}))
+        assert not optuav.solve(mission.replace({"limits.deadline_s": value - 0.1}))
+    assert len(known) == 1
+
+
+def test_trajectories_are_compared_where_they_mean_something() -> None:
+    """The paper's ways to choose a building go by one device."""
+    compared = optuav.compare(THREE, by="trajectory", perspective="battery")
+    assert [row["trajectory"] for row in compared.rows] == ["direct", "optimal"]
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_a_hover_that_is_too_long_is_told_with_the_longest(perspective: Perspective) -> None:
+    """Over one device and several; a hair less has a plan."""
+    for mission in (PAPER, THREE):
+        longest_s = optuav.solve(mission, perspective=perspective).hover_time_s
+        plan = optuav.solve(mission, optuav.P2(hover_time_s=9e4), perspective=perspective)
+        assert plan.reasons == (
+            f"90000 s of hover do not fit: the longest is {longest_s:.2f} s, by P1",
+        )
+        fits = optuav.P2(hover_time_s=longest_s - 1e-3)
+        assert optuav.solve(mission, fits, perspective=perspective)
