@@ -13,6 +13,8 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+
 import optuav
 from optuav.explorer.answers import answers
 from optuav.explorer.pictures import lasting
