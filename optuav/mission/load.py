@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -153,6 +153,27 @@ def _read(
     return _joined(document, path, name, above)
 
 
+def _read_table(document: Document, table: str, folder: Path, source: str) -> Iterator[Fault]:
+    """Put the rows of a table's own file into a document; yield what is wrong with the file."""
+    key = f"{table}_file"
+    if (named := document.pop(key, None)) is None:
+        return
+    from optuav.mission.device_tables import read_devices
+    from optuav.mission.table_files import read_buildings
+
+    read: Mapping[str, Callable[[Path], Any]] = {
+        "buildings": read_buildings,
+        "devices": read_devices,
+    }
+    try:
+        if not isinstance(named, str) or table in document:
+            raise InputError(f"a path relative to this file, and no [[{table}]] beside it")
+        document[table] = read[table](resolve_from(folder, named))
+    except InputError as error:
+        for fault in error.faults:
+            yield fault if fault.key else Fault(key, shown(named), str(fault), source)
+
+
 def _joined(
     document: Document, path: Path, name: str, above: dict[str, str]
 ) -> tuple[StatedMission, list[Fault], bool]:
@@ -166,30 +187,8 @@ def _joined(
     extends, whole = document.pop("extends", None), True
     for key in ("name", "description") if above else ():  # which are a file's own
         document.pop(key, None)
-    if (named := document.pop("buildings_file", None)) is not None:
-        from optuav.mission.table_files import read_buildings
-
-        try:
-            if not isinstance(named, str) or "buildings" in document:
-                raise InputError("a path relative to this file, and no [[buildings]] beside it")
-            document["buildings"] = read_buildings(resolve_from(path.parent, named))
-        except InputError as error:
-            faults += [
-                fault if fault.key else Fault("buildings_file", shown(named), str(fault), name)
-                for fault in error.faults
-            ]
-    if (named := document.pop("devices_file", None)) is not None:
-        from optuav.mission.device_tables import read_devices
-
-        try:
-            if not isinstance(named, str) or "devices" in document:
-                raise InputError("a path relative to this file, and no [[devices]] beside it")
-            document["devices"] = read_devices(resolve_from(path.parent, named))
-        except InputError as error:
-            faults += [
-                fault if fault.key else Fault("devices_file", shown(named), str(fault), name)
-                for fault in error.faults
-            ]
+    for table in ("buildings", "devices"):
+        faults += _read_table(document, table, path.parent, name)
     sources: dict[Key, str] = {(): name}
     for table, keys in document.items():
         inside = keys if isinstance(keys, dict) else ()
