@@ -224,6 +224,8 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     with collected(faults):
         if mission is None:
             faults += misfits_of_keys(values)
+        elif ambiguous := [*_faults_of_one_device(mission, values)]:
+            faults += ambiguous
         elif values:
             mission = mission.replace(values)
     options = vars(SolveOptions())
@@ -232,6 +234,20 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     )
     assert mission is not None
     return mission
+
+
+def _faults_of_one_device(mission: Mission, values: Mapping[str, Any]) -> Iterator[Fault]:
+    """Keys of a single device that would silently drop the devices of a mission."""
+    from optuav.mission.messages import shown
+    from optuav.mission.mission import ONE_DEVICE
+
+    names = [device.name for device in mission.devices]
+    for table, key in ONE_DEVICE if names and "devices" not in values else ():
+        if (value := values.get(f"{table}.{key}")) is not None:
+            ours = "position_m" if key == "device_m" else key
+            words = f"is for one device, and the mission has {', '.join(names[:8])}: set devices."
+            words += f"{names[0]}.{ours}, or drop these devices with --set devices="
+            yield Fault(f"{table}.{key}", shown(value), words)
 
 
 def _with_value_as_typed(fault: Fault, values: Mapping[str, Any]) -> Fault:

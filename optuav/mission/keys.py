@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import Any
 from optuav.errors import Fault
 from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Range
 from optuav.mission.forms import SINGLE, table_keys
-from optuav.mission.messages import nearest, number, number_of, shown
+from optuav.mission.messages import nearest, no_item, number, number_of, shown
 from optuav.mission.mission import Mission, unknown_names
 
 VECTORS = {
@@ -97,10 +98,24 @@ def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
     known = numeric_keys()
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
-        if key not in known and not OF_DEVICE.fullmatch(key):
+        if key.startswith("devices"):
+            if not OF_DEVICE.fullmatch(key):
+                yield Fault(key, "", _words_of_device(key))
+        elif key not in known:
             # Components of a vector are all alike: the first is suggested
             alike = [name for name in known if "[" in key or not name.endswith(("[1]", "[2]"))]
             yield Fault(key, "", f"{words}{nearest(key, alike)}")
+
+
+def _words_of_device(key: str) -> str:
+    """What a key of a device must be, and what is most like it."""
+    device, _, field = key.partition("[")[0].rpartition(".")
+    places = " or ".join(f"devices.NAME.{place}[k]" for place in PLACES)
+    words = f"must be {places}, k = 0 to 2"
+    if field == "share":
+        return f"{words}; shares cannot vary one by one, as they add up to 1"
+    like = difflib.get_close_matches(field, PLACES, n=1) if device.startswith("devices.") else ()
+    return f"{words}; did you mean '{device}.{like[0]}[0]'?" if like else words
 
 
 def misfits_of_keys(values: Mapping[str, object]) -> Iterator[Fault]:
@@ -118,24 +133,26 @@ def keys_of_missing_tables(mission: Mission, keys: Collection[str]) -> Iterator[
     """A fault for each numeric key whose table or place the mission does not state."""
     for key in keys:
         if missing := _missing(mission, key, keys):
-            words = f"the mission has no {missing}, and this key is part of it"
-            yield Fault(key, "", words)
+            yield Fault(key, "", missing)
 
 
 def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
-    """The table, or the place or force, that a mission would have to state before a key."""
+    """Words on what a mission would have to state before a key; empty where nothing is missing."""
     whole, _, axis = key.partition("[")
     if of_device := OF_DEVICE.fullmatch(key):
-        if of_device[1] not in [device.name for device in mission.devices]:
-            return f"device {of_device[1]}"
-        alike = all(f"{whole}[{k}]" in keys for k in range(3))
-        return "" if alike or stated_value(mission, key) is not None else whole
+        names = [device.name for device in mission.devices]
+        if of_device[1] not in names:
+            return no_item("devices", f"devices.{of_device[1]}", names)
+        if stated_value(mission, key) is not None or all(f"{whole}[{k}]" in keys for k in range(3)):
+            return ""
+        return f"is a key only where the mission sets {whole}; it does not, and computes the place"
     table, _, name = whole.partition(".")
+    words = "the mission has no {}, and this key is part of it"
     if (section := getattr(mission, table)) is None:
-        return "" if table == "start" else table
+        return "" if table == "start" else words.format(table)
     if not axis or getattr(section, name) is not None:
         return ""
-    return "" if all(f"{whole}[{k}]" in keys for k in range(3)) else whole
+    return "" if all(f"{whole}[{k}]" in keys for k in range(3)) else words.format(whole)
 
 
 def quantity(mission: Mission, key: str) -> str:

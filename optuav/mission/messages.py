@@ -89,8 +89,11 @@ def no_item(table: str, name: str, names: Sequence[str]) -> str:
     known = f"are: {first_ten(names) or 'none'}"
     if names and name.startswith(f"{table}["):
         return f"the mission's {table} [0] to [{len(names) - 1}] {known}"
-    prefix = f"{table}." if name.startswith(f"{table}.") else ""
-    return f"the mission's {table} {known}{nearest(name, [prefix + item for item in names])}"
+    own = name.removeprefix(f"{table}.")
+    alike = nearest(own.rpartition(".")[0] or own, names) or nearest(own, names)
+    if name.startswith(f"{table}."):
+        alike = alike.replace("'", f"'{table}.", 1)
+    return f"the mission's {table} {known}{alike}"
 
 
 def misfits(*options: tuple[str, object, Range]) -> Iterator[Fault]:

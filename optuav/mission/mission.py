@@ -55,6 +55,7 @@ DISPLACED: dict[str, set[str]] = {
 """By key, the keys that a new value of it displaces unless they are stated with it."""
 ONE_DEVICE = (("link", "device_m"), ("route", "hover_m"))
 """Keys of a mission with one device, which a list of devices displaces, and which displace it."""
+OF_DEVICE = ("position_m", "hover_m", "share")  # Keys of one of several devices
 
 
 class Served(NamedTuple):
@@ -516,7 +517,7 @@ def unknown_names(values: Mapping[str, object]) -> Iterator[Fault]:
     for key, value in values.items():
         name, _, field = key.partition(".")
         if key not in whole and field not in validation.keys_in_file(name):
-            known = [*whole, *validation.dotted_keys()]
+            known = [*whole, *validation.dotted_keys(), *(f"devices.NAME.{x}" for x in OF_DEVICE)]
             yield Fault(key, shown(value), f"unknown key{nearest(key, known)}")
 
 

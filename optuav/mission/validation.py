@@ -16,7 +16,7 @@ from optuav.laser.beam import BEAM, BEAMS, Beam
 from optuav.laser.fits import Laser
 from optuav.mission.buildings import RESERVED_NAMES, Buildings, misnamed, misshapen
 from optuav.mission.forms import CHOICES, LISTS, SCHEMA, SECTIONS, SINGLE, TABLES, table_keys
-from optuav.mission.messages import nearest, range_in_words, shown, table
+from optuav.mission.messages import first_ten, nearest, range_in_words, shown, table
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -59,10 +59,16 @@ class StatedMission:
             first.setdefault(key, words)
         faults, source = list[Fault](), self.sources.get
         for key, words in first.items():
-            value = "" if self.value(key) is UNKNOWN else shown(self.value(key))
+            value = self._shown(key)
             file = source(key[:2]) or source(key[:1]) or source((), "")
             faults.append(Fault(self._dotted(key), value, words, file))
         return faults
+
+    def _shown(self, key: Key) -> str:
+        """The value of a key as text; empty without one, and for a list of devices."""
+        value = self.value(key)
+        listed = key == ("devices",) and isinstance(value, list | tuple) and value
+        return "" if value is UNKNOWN or listed else shown(value)
 
     def value(self, key: Key) -> object:
         """Return the value stated for a key, or UNKNOWN."""
@@ -317,7 +323,10 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
                 yield Breach(("devices", number, "share"), words)
         total = sum(share for share in known if share is not UNKNOWN)
         if len(known) == len(shares) and UNKNOWN not in known and abs(total - 1.0) > WHOLE_SHARE:
-            yield Breach(("devices",), f"shares that add up to 1; these give {total:.10g}")
+            pairs = zip(devices, known, strict=True)
+            each = (f"{share:.10g} of {device.get('name')}" for device, share in pairs)
+            words = f"must have shares that add up to 1; {first_ten([*each])} make {total:.10g}"
+            yield Breach(("devices",), words)
 
 
 def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:

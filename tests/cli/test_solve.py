@@ -88,6 +88,23 @@ def test_settings_are_repeated_and_typed() -> None:
 
 
 @pytest.mark.parametrize(
+    ("setting", "ours"),
+    [
+        ("link.device_m=[600,450,0]", "devices.market.position_m"),
+        ("route.hover_m=[1,2,80]", "devices.market.hover_m"),
+    ],
+)
+def test_a_key_of_one_device_does_not_drop_several(setting: str, ours: str) -> None:
+    """Unless the list is dropped beside it."""
+    refused = run("solve", "three-sensors", "--set", setting)
+    assert refused.code == 2
+    assert "the mission has market, harbour, school" in refused.err
+    assert f"set {ours}, or drop these devices with --set devices=" in refused.err
+    dropped = ("--set", "devices=", "--set", "link.device_m=[600,450,0]", "--set", setting)
+    assert run("show", "three-sensors", *dropped).code == 0
+
+
+@pytest.mark.parametrize(
     ("settings", "said"),
     [
         (["limits.deadline_s=60"], "the flight takes 75.79 s"),

@@ -62,7 +62,9 @@ def test_every_fault_of_a_list_is_told_at_once() -> None:
     many = [device(f"d{k}") for k in range(101)]
     assert faults({"devices": many}) == {"devices": words}
     uneven = [device("a", share=0.5), device("b", share=0.5 - 2e-9)]
-    assert faults({"devices": uneven})["devices"].startswith("shares that add up to 1")
+    assert faults({"devices": uneven})["devices"].startswith(
+        "must have shares that add up to 1; 0.5 of "
+    )
     assert PAPER.replace({"devices": [device("a", share=0.5), device("b", share=0.5 - 1e-10)]})
 
 
@@ -123,3 +125,39 @@ def test_a_mission_of_devices_survives_its_file_and_its_template(tmp_path: Path)
     assert optuav.Mission.from_dict(TWO.to_dict()) == TWO
     assert "Devices" in TWO.summary()
     assert hash(TWO) != hash(PAPER) or TWO != PAPER
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("devices.nort.position_m", "did you mean 'devices.north'?"),
+        ("devices.sea.position_m", "the mission's devices are: west, north"),
+        ("devices.north.positon_m", "did you mean 'position_m'?"),
+        ("device.north.position_m", "did you mean 'devices.NAME.position_m'?"),
+    ],
+)
+def test_a_wrong_key_of_a_device_suggests_one(key: str, words: str) -> None:
+    """A wrong name a device's, a wrong field the fields; nothing that is not like it."""
+    mission = PAPER.replace({"devices": [device("west"), device("north")]})
+    refused = faults({key: [1, 2, 3]}, mission)[key]
+    assert refused.endswith(words)
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("devices.nort.position_m[0]", "did you mean 'devices.north'?"),
+        ("devices.north.positon_m[0]", "did you mean 'devices.north.position_m[0]'?"),
+        ("devices.north.position_m", "did you mean 'devices.north.position_m[0]'?"),
+        ("devices.north.hover_m[0]", "is a key only where the mission sets devices.north.hover_m;"),
+        ("devices.north.share", "shares cannot vary one by one, as they add up to 1"),
+    ],
+)
+def test_a_wrong_key_of_a_study_suggests_one(key: str, words: str) -> None:
+    """Not a laser's, which was the most alike."""
+    mission = PAPER.replace({"devices": [device("west"), device("north")]})
+    with pytest.raises(InputError) as caught:
+        optuav.batch(mission, {key: [1.0, 2.0]})
+    (fault,) = caught.value.faults
+    assert words in fault.allowed
+    assert "laser" not in fault.allowed

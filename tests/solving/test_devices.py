@@ -480,7 +480,7 @@ def test_batches_over_the_place_of_a_device() -> None:
         building = arrays["building_words"][arrays["building"][row, 1]]
         assert building in plan.route
         assert arrays["order_words"][arrays["order"][row, 1]] == "between"
-    with pytest.raises(InputError, match="the mission has no device south"):
+    with pytest.raises(InputError, match="the mission's devices are: west, north, east"):
         optuav.batch_arrays(THREE, {"devices.south.position_m[0]": [1.0]})
 
 
