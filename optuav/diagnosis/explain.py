@@ -38,6 +38,7 @@ from optuav.options import ORDERS, Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
+from optuav.solving.best_plans import wants_hover
 from optuav.solving.constraint_words import words
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
@@ -272,7 +273,9 @@ def _explained(
         held = program.held(plan)
         reply = _optimum(held, plan, held.answers(), brief)
         return replace(reply, notes=(program.price_words(plan), AT_SPEEDS, *reply.notes))
-    if program.parts and program.question.slot_s is None:
+    # Whether a wanted hover fits, no engine has to say.
+    unfit = wants_hover(program.question) and not (plan := plan or program.solve())
+    if program.parts and program.question.slot_s is None and not unfit:
         solutions = program.answers()
         plan = plan if plan or brief else program.plan(solutions)
     plan = plan if plan or brief else program.solve()

@@ -43,6 +43,8 @@ PLANNED += ["battery.capacity_As", "battery.charge_", "laser.power_W", "route.",
 PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "body.mass_kg"]
 """Keys that a planner can change, the easiest first; other loads and physics come after."""
 GIVEN = "link.noise_power_W"  # Nobody can change the noise: it comes last
+WANTED = {"hover_time_s": "s"}
+"""Options of the paper's problems that may be changed, with their units."""
 LARGEST_FACTOR = 1e3  # Largest change that is tried, as a factor
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
@@ -218,13 +220,15 @@ def outward(key: Key, sign: int) -> Iterator[float]:
 
 
 def _own(question: MissionQuestion) -> Iterator[Key]:
-    """The numbers of a formulation of one's own, whose ranges are not known."""
+    """A wanted hover time, and the numbers of one's own formulation, whose ranges are not known."""
     problem = question.stated.problem
-    for option in fields(problem) if problem.name not in PROBLEM_NAMES else ():
-        now = getattr(problem, option.name)
+    of_paper = problem.name in PROBLEM_NAMES
+    for option in fields(problem):
+        now = None if of_paper and option.name not in WANTED else getattr(problem, option.name)
         if isinstance(now, int | float) and not isinstance(now, bool):
             far, whole = LARGEST_FACTOR * abs(now) or LARGEST_FACTOR, option.type in (int, "int")
-            yield Key(option.name, now, 0.0 if now >= 0 else -far, far, whole, "")
+            unit = WANTED.get(option.name, "") if of_paper else ""
+            yield Key(option.name, now, 0.0 if now >= 0 else -far, far, whole, unit)
 
 
 Trial: TypeAlias = tuple[Key, float]

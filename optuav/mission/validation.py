@@ -313,6 +313,9 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
             yield Breach(("devices", number, "name"), taken[name])
         elif name in of_buildings:
             yield Breach(("devices", number, "name"), "a name that no building has")
+        elif "," in name or name != name.strip():
+            words = "a name without commas, and without blanks at its ends, as device_order"
+            yield Breach(("devices", number, "name"), f"{words} lists names with commas")
         taken.setdefault(name, f"a name of its own; devices[{number}] has this one")
     shares = [device.get("share") for device in devices]
     if known := [share for share in shares if share is not None]:

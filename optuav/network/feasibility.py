@@ -46,8 +46,21 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
                 "(limits.min_altitude_m, limits.max_altitude_m)"
             )
     if one_stop and not reasons and not network.routes.flyable.any():
-        reasons = blocked_legs(network, 0)
+        reasons = [*_unreached_devices(network)] or blocked_legs(network, 0)
     return tuple(reasons)
+
+
+def _unreached_devices(network: Network) -> Iterator[str]:
+    """The devices among several whose hover point no leg leads to, or from, and an example why."""
+    legs, names = network.legs, network.places.names
+    for place in network.places.hovers.tolist() if network.mission.devices else ():
+        for word, ends in (("to", legs.end), ("from", legs.start)):
+            (own,) = np.nonzero(ends == place)
+            if not legs.flyable[own].any():
+                removed = (legs.crosses[own] == CLEAR) & ~np.isnan(legs.duration_s[own])
+                lead = f"no leg {word} the hover point of device {names[place]}"
+                why = f"can be flown: {_why_blocked(network, int(own[0]))}"
+                yield f"{lead} {'is left in the graph' if removed.any() else why}"
 
 
 def _out_of_reach(mission: Mission, device: Served, position_m: Floats) -> Iterator[str]:
@@ -87,28 +100,27 @@ def _key(mission: Mission, device: Served, name: str) -> str:
 
 def blocked_legs(network: Network, route: int) -> list[str]:
     """The legs of a route that cannot be flown, and why."""
+    blocked = (leg for leg in network.routes.legs[route].tolist() if leg != NO_LEG)
+    return [_why_blocked(network, leg) for leg in blocked if not network.legs.flyable[leg]]
+
+
+def _why_blocked(network: Network, leg: int) -> str:
+    """A leg that cannot be flown, and why."""
     legs, names, inside = network.legs, network.places.names, _inside(network)
-    buildings = network.mission.buildings.names
-    reasons = []
-    for leg in network.routes.legs[route]:
-        if leg != NO_LEG and not legs.flyable[leg]:
-            why = "is not in the graph"
-            if np.isnan(legs.duration_s[leg]):
-                why = "cannot be flown at its speed in this wind ([flight], [wind])"
-            ends, blocker = (int(legs.start[leg]), int(legs.end[leg])), legs.crosses[leg]
-            within = [place for place in ends if place in inside]
-            if blocker != CLEAR and within:
-                why = f"cannot be flown: {names[within[0]]} lies inside building "
-                why += f'{buildings[inside[within[0]]]} (flight.obstacles = "ignore" allows that)'
-            elif blocker != CLEAR:
-                # The building that closes the bent ways need not stand in the straight line
-                verb = (
-                    "is blocked by" if network.mission.flight.obstacle_rule in BENT else "crosses"
-                )
-                why = f"{verb} building {buildings[blocker]} ({_remedy(network.mission)})"
-            start, end = (names[place] for place in ends)
-            reasons.append(f"the leg {start} → {end} {why}")
-    return reasons
+    buildings, why = network.mission.buildings.names, "is not in the graph"
+    if np.isnan(legs.duration_s[leg]):
+        why = "cannot be flown at its speed in this wind ([flight], [wind])"
+    ends, blocker = (int(legs.start[leg]), int(legs.end[leg])), legs.crosses[leg]
+    within = [place for place in ends if place in inside]
+    if blocker != CLEAR and within:
+        why = f"cannot be flown: {names[within[0]]} lies inside building "
+        why += f'{buildings[inside[within[0]]]} (flight.obstacles = "ignore" allows that)'
+    elif blocker != CLEAR:
+        # The building that closes the bent ways need not stand in the straight line
+        verb = "is blocked by" if network.mission.flight.obstacle_rule in BENT else "crosses"
+        why = f"{verb} building {buildings[blocker]} ({_remedy(network.mission)})"
+    start, end = (names[place] for place in ends)
+    return f"the leg {start} → {end} {why}"
 
 
 def _inside(network: Network) -> dict[int, int]:

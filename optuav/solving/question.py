@@ -301,11 +301,10 @@ def _faults_of_orders(mission: Mission, question: Question) -> Iterator[Fault]:
 
 def too_many_orders() -> Fault:
     """The fault of more devices in any order than are compared."""
-    words = f"must name the devices in order, as there are more than {MOST_FREE}: their orders are "
-    words += (
-        f"too many to be compared; solve takes up to {MOST_ALONG_EDGES} in any order for P1 in "
-    )
-    words += f"continuous times and the perspectives {', '.join(PAPER)}"
+    words = f"must name the devices in order, as there are more than {MOST_FREE}: here every route "
+    words += "is looked at, and their orders are too many; solve and route_choice choose along "
+    words += f"edges instead, for P1 over up to {MOST_ALONG_EDGES} devices in any order, in "
+    words += f"continuous times and the perspectives {', '.join(PAPER)}: their plan has an order"
     return Fault("device_order", "", words)
 
 

@@ -230,10 +230,9 @@ def route_choice(
     relaxation_s = float(relaxation.objective[0])
     proof = f"{solution.proof}; {_left_words(relaxation_s - hover_s)}"
     plan = plan_of(question, network, part, times, 0).model_copy(update={"proof": proof})
-    tight = _tight_words(form, relaxation_s)
     point, gap_s = relaxation.point(0), relaxation_s - hover_s
     shares = {variable.name: point[f"choice[{k}]"] for k, variable in enumerate(routes, start=1)}
-    return RouteChoice(plan, form, (tight, *enough), model, relaxation_s, gap_s, shares)
+    return RouteChoice(plan, form, enough, model, relaxation_s, gap_s, shares)
 
 
 def _along_edges(question: Question, network: Network, graph: Graph | None) -> RouteChoice:
@@ -246,20 +245,14 @@ def _along_edges(question: Question, network: Network, graph: Graph | None) -> R
     relaxation_s, point = float(relaxation.objective[0]), relaxation.point(0)
     gap_s = relaxation_s - answer.plan.hover_time_s
     shares = {edge.name: point[f"edge[{k}]"] for k, edge in enumerate(answer.edges.edges, start=1)}
-    tight = _tight_words("edges", relaxation_s)
     proof = f"{answer.plan.proof}; {_left_words(gap_s)}"
     plan = answer.plan.model_copy(update={"proof": proof})
-    notes = (tight, *enough)
-    return RouteChoice(plan, "edges", notes, answer.model, relaxation_s, gap_s, shares)
+    return RouteChoice(plan, "edges", enough, answer.model, relaxation_s, gap_s, shares)
 
 
 def _one_stop_words(network: Network, graph: Graph | None) -> tuple[str, ...]:
     """Say whether one stop is enough, of a single device."""
     return () if len(network.mission.served) > 1 else (one_stop_words(network, graph),)
-
-
-def _tight_words(form: ChoiceForm, relaxation_s: float) -> str:
-    return f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
 
 
 def _left_words(gap_s: float) -> str:

@@ -161,3 +161,10 @@ def test_a_wrong_key_of_a_study_suggests_one(key: str, words: str) -> None:
     (fault,) = caught.value.faults
     assert words in fault.allowed
     assert "laser" not in fault.allowed
+
+
+@pytest.mark.parametrize("name", ["a,b", " a", "a "])
+def test_a_name_that_an_order_cannot_list_is_refused(name: str) -> None:
+    """``--device-order a,b`` is two names, and blanks beside commas belong to none."""
+    told = faults({"devices": [device(name), device("c")]})
+    assert [words[:21] for words in told.values()] == ["a name without commas"]

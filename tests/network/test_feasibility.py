@@ -19,6 +19,7 @@ from optuav.network.places import HOVER, ChargingCap, charging_cap
 from optuav.network.vehicle import coverage_radius_m
 from tests.examples import few
 from tests.mission.strategies import missions
+from tests.several_devices import three
 
 PAPER = optuav.load("paper")
 WALL = {"name": "wall", "position_m": [1000, 2300, 300], "footprint_m": [3000, 100]}
@@ -340,3 +341,14 @@ def test_wells_that_bind_hardly_any_charge_have_no_large_lag() -> None:
     for share, doubted in ((0.999, False), (0.8, True)):
         mission = optuav.load("matrice350").replace({"battery.available_fraction": share, **slow})
         assert any("wells have a lag" in each for each in advice(mission)) == doubted
+
+
+def test_a_device_without_legs_is_named_before_a_leg_of_one_order() -> None:
+    """A graph without its node; a leg of the mission's own order was the first reason."""
+    mission = three()
+    graph = optuav.graph(mission)
+    graph.remove_node("north")
+    assert optuav.solve(mission, graph=graph).reasons == (
+        "no leg to the hover point of device north is left in the graph",
+        "no leg from the hover point of device north is left in the graph",
+    )

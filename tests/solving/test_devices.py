@@ -580,3 +580,10 @@ def test_a_hover_that_is_too_long_is_told_with_the_longest(perspective: Perspect
         )
         fits = optuav.P2(hover_time_s=longest_s - 1e-3)
         assert optuav.solve(mission, fits, perspective=perspective)
+
+
+def test_a_shorter_wanted_hover_is_a_repair_like_others() -> None:
+    """Rounded on the feasible side of the longest, 2512.60 s."""
+    explained = optuav.explain("three-sensors", optuav.P2(hover_time_s=2600))
+    (first, *_) = explained.repairs
+    assert str(first) == "hover_time_s <= 2512"

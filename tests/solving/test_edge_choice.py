@@ -311,3 +311,9 @@ def test_many_devices_in_any_order_elsewhere_need_their_order() -> None:
     for call in asked:
         with pytest.raises(InputError, match="device_order: must name the devices in order"):
             call()
+
+
+def test_the_relaxed_bound_is_printed_once() -> None:
+    """A note repeated the line above it."""
+    text = str(optuav.route_choice(THREE, perspective="battery", form="edges"))
+    assert text.count("751.913") == 1
