@@ -31,7 +31,7 @@ from optuav.mission.forms import SCHEMA
 from optuav.mission.load import shipped
 from optuav.mission.messages import first_ten, number
 from optuav.presentation.blocks import Block, Fold, Heading, Note, Table
-from optuav.presentation.numbers import figure, percent
+from optuav.presentation.numbers import figure, percent, significant
 from optuav.presentation.presented import Presented
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
@@ -84,8 +84,8 @@ class Value:
         size = max(map(abs, (self.value, *ends)))
         apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
         digits = max(6, 2 - math.floor(math.log10(min(apart) / size))) if apart else 6
-        spans = [between.join(f"{end:.{digits}g}" for end in ends)] if ends else []
-        return [f"{self.value:.{digits}g}", *spans]
+        spans = [between.join(figure(end, digits) for end in ends)] if ends else []
+        return [figure(self.value, digits), *spans]
 
     def lines(self) -> Iterator[str]:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
@@ -141,14 +141,14 @@ class Panel:
         """The first observations beside the fitted values; of a course of samples what is left."""
         if not self.names:
             left = math.dist(self.observed, self.fitted) / math.sqrt(len(self.observed))
-            words = f"{left:.3g} {self.unit} rms left over of {len(self.observed)} samples"
+            words = f"{figure(left, 3)} {self.unit} rms left over of {len(self.observed)} samples"
             return Note([f"{self.quantity}: {words}"])
         roles = self.roles or ["fitted"] * len(self.names)
         points = [*zip(self.names, self.observed, self.fitted, roles, strict=True)]
         rows = list[tuple[str, ...]]()
         for name, observed, fitted, role in points[:MOST_ROWS]:
             same = math.isclose(fitted, observed, rel_tol=1e-9)
-            apart = "0" if same else f"{fitted - observed:+.3g}".replace("-", "−")
+            apart = "0" if same else figure(fitted - observed, 3, sign="+")
             rows.append((name, figure(observed), figure(fitted), apart, role * (role != "fitted")))
         more = len(points) - len(rows)
         heads = (f"{self.quantity} [{self.unit}]", "observed", "fitted", "difference", "")
@@ -226,8 +226,8 @@ class Fit(Presented):
         """The lag and its interval; empty if the data do not determine it."""
         if self.lag is None or not self.lag.determined:
             return ""
-        ends = " to ".join(f"{end:.3g}" for end in self.lag.interval or ())
-        return f"lag {self.lag.value:.3g} s ({ends})"
+        ends = " to ".join(figure(end, 3) for end in self.lag.interval or ())
+        return f"lag {figure(self.lag.value, 3)} s ({ends})"
 
     @property
     def changes(self) -> dict[str, object]:
@@ -430,7 +430,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
     reasons = "".join(f"; {warning}" for warning in (hint, *found.warnings) if warning)
     source = ", ".join(found.sources)
     refuse(
-        Fault(f"{e.key}, {e.origin}", f"{e.value:.4g}", f"{allowed.words}{reasons}", source)
+        Fault(f"{e.key}, {e.origin}", figure(e.value, 4), f"{allowed.words}{reasons}", source)
         for e in found.values
         if e.stated and (allowed := number(e.key)) and not allowed.accepts(e.value)
     )
@@ -439,7 +439,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
 
 def rounded(value: float) -> float:
     """A value to seven digits, more than any measurement has."""
-    return float(f"{value:.7g}")
+    return significant(value, 7)
 
 
 def _remark(words: str) -> str:

@@ -49,7 +49,7 @@ from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
 LIFETIMES = {"load": "text", "current": "current", "duration": "time", "lifetime": "time"}
@@ -75,7 +75,7 @@ DIRECTIONS = np.array([*itertools.product((-1.0, 0.0, 1.0), repeat=3)])
 """Directions of log B, logit ω and log L in which the edge of a region is looked for."""
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
 NO_RATE = "not how fast it builds up{}: a load with pauses of 30 to 120 s would"
-ASSUMED = f" (1/k' = {SETTLING_S:g} s is assumed)"
+ASSUMED = f" (1/k' = {figure(SETTLING_S)} s is assumed)"
 NOTHING = "nothing is determined: a mission keeps its own battery"
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
 LEAST_SENSITIVITY = 1e-6  # sensitivity at the least ω; below it the available well would fill up
@@ -247,13 +247,13 @@ def fit_kibam(
         )
     ]
     if wells.settled:
-        origin = f"lag {lag.value:.3g} s; settling {SETTLING_S:g} s assumed"
+        origin = f"lag {figure(lag.value, 3)} s; settling {figure(SETTLING_S)} s assumed"
         fitted[1:] = (replace(value, origin=origin) for value in fitted[1:])
     warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
     if lag.determined and (estimated.undetermined or estimated.unsure or wells.settled):
-        ends = " – ".join(f"{end:.3g}" for end in lag.interval or ())
+        ends = " – ".join(figure(end, 3) for end in lag.interval or ())
         no_rate = NO_RATE.format(ASSUMED if wells.settled else "")
-        warnings = [f"the data determine the lag, {lag.value:.3g} s ({ends}), and {no_rate}"]
+        warnings = [f"the data determine the lag, {figure(lag.value, 3)} s ({ends}), and {no_rate}"]
     if not fitted[0].stated:
         warnings.append(NOTHING)
     # A lifetime jumps over a whole pause where the capacity is a little less.

@@ -35,6 +35,7 @@ from optuav.errors import Fault, InputError, refuse
 from optuav.mission.files import refusal
 from optuav.mission.messages import nearest
 from optuav.physics import bang_bang
+from optuav.presentation.numbers import figure
 
 OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
 LOG = csv.Format({"time": "time", "current": "current"} | OPTIONAL, tuple(OPTIONAL), least=10)
@@ -154,7 +155,7 @@ def fit_regimes(
                 ends = ConfidenceInterval(value - reach, value + reach)
             if value < 0.0 <= ends.high:
                 words = "lies no farther below 0 than the log leaves open: 0 is stated"
-                warnings.append(f"{key} = {value:.3g} {words}")
+                warnings.append(f"{key} = {figure(value, 3)} {words}")
                 value = 0.0
             values.append(Value(key, value, ORIGINS[phase], ends))
     known = np.isin(samples.phase, list(loads))
@@ -319,7 +320,10 @@ def _motion(
     fitted = speeds(*estimated.values.tolist())
     course = fit.curve("speed", "m/s", observed, fitted, at_s, TIME)
     if (off_m_s := float(np.sqrt(np.mean((fitted - observed) ** 2)))) > MISFIT * observed.max():
-        words = f"legs of one acceleration and speed cap are {off_m_s:.2g} m/s rms off the speeds"
+        words = (
+            f"legs of one acceleration and speed cap are {figure(off_m_s, 2)} m/s rms off the "
+            "speeds"
+        )
         missing = "acceleration_m_s2 and max_speed_m_s are missing here"
         advice = "for legs at different speeds use rotary-wing"
         return (), (course,), (f"{words}: {missing}; {advice}",)

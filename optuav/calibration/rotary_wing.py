@@ -16,6 +16,7 @@ from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import refuse
 from optuav.mission.messages import number
 from optuav.physics.rotary_wing import PowerCoefficients, power
+from optuav.presentation.numbers import figure
 
 LEAST_SPEEDS = 6
 LOG = csv.Format(
@@ -152,11 +153,11 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
     if len(estimated.undetermined) == len(KEYS):
         return
     if estimated.undetermined:
-        yield f"the power is unsure above {fastest:.3g} m/s, the largest speed of the log"
+        yield f"the power is unsure above {figure(fastest, 3)} m/s, the largest speed of the log"
     tip_m_s, (least, most) = float(estimated.values[TIP]), TIP_M_S
     if min(abs(tip_m_s / end - 1.0) for end in TIP_M_S) < AT_END:
-        words = f"an end of its range, {least:g} to {most:g} m/s"
-        yield f"the tip speed that fits is {tip_m_s:.4g} m/s, {words}: it is no measurement"
+        words = f"an end of its range, {figure(least)} to {figure(most)} m/s"
+        yield f"the tip speed that fits is {figure(tip_m_s, 4)} m/s, {words}: it is no measurement"
 
 
 def _checked(

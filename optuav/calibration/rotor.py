@@ -19,6 +19,7 @@ from optuav.calibration.fit import Estimate, Fit, Value, curve, finished
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission.messages import number
 from optuav.physics import rotor
+from optuav.presentation.numbers import figure, fixed
 
 LEAST_POINTS = 6
 BENCH = csv.Format(
@@ -146,9 +147,9 @@ def _merit_doubts(thrust_coefficient: float, torque_coefficient: float) -> Itera
     least, most = MERIT
     if not least <= merit <= most:
         yield (
-            f"the figure of merit, C_T^1.5 / (√2 C_Q), is {merit:.2f}, where a UAV has {least:g} "
-            f"to {most:g}: look at both coefficients; those by n and D, as in T = C_T ρ n² D⁴, go "
-            "under thrust_coefficient_nD and power_coefficient_nD"
+            f"the figure of merit, C_T^1.5 / (√2 C_Q), is {fixed(merit)}, where a UAV has "
+            f"{figure(least)} to {figure(most)}: look at both coefficients; those by n and D, as "
+            "in T = C_T ρ n² D⁴, go under thrust_coefficient_nD and power_coefficient_nD"
         )
 
 

@@ -24,6 +24,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission.files import refusal
 from optuav.mission.maps import UNREADABLE, system_named, table
 from optuav.mission.messages import first_ten, shown
+from optuav.presentation.numbers import figure
 
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 DEEPEST = 10  # Parts within parts
@@ -98,7 +99,7 @@ def _corners(document: dict[str, Any], file: Path) -> Floats:
 def _near(corners: Floats, file: Path) -> Floats:
     """Corners, refused where they are on no map."""
     if not (np.abs(corners) < FARTHEST).all():
-        raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
+        raise refusal(file, f"has coordinates beyond {figure(FARTHEST)}")
     return corners
 
 

@@ -43,6 +43,7 @@ from optuav.mission.maps import (
     system_named,
 )
 from optuav.mission.messages import first_ten, plural, shown
+from optuav.presentation.numbers import figure, fixed
 
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 ZIPS = (".zip", ".shz")
@@ -187,8 +188,8 @@ def _unpacked(file: Path, folder: Path) -> Path:
                 names = ", ".join(map(repr, maps[:10])) or "none"
                 raise refusal(file, f"holds {plural(len(maps), 'map')}, not one: {names}")
             if (size := sum(member.file_size for member in inside.values())) > LARGEST:
-                most = f"the {LARGEST / 1e6:g} MB that are unpacked"
-                raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
+                most = f"the {figure(LARGEST / 1e6)} MB that are unpacked"
+                raise refusal(file, f"holds {fixed(size / 1e6, 0)} MB, more than {most}")
             for name, each in inside.items():
                 if not each.is_dir():
                     with archive.open(each) as packed, (folder / name).open("wb") as out:

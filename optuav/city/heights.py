@@ -17,6 +17,7 @@ from optuav.city.lengths import metres, parsed, storeys
 from optuav.errors import shown
 from optuav.fields import Range
 from optuav.mission.messages import first_ten
+from optuav.presentation.numbers import figure
 
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 ROOF = Range("m", gt=0, le=1200)  # No building is higher
@@ -64,12 +65,14 @@ def remarks_on(frame: Any, known: pd.DataFrame, name: str, factor: float | None)
     """Yield sentences on the unit of solids, and on values that cannot be read."""
     unit_m, source = _unit_of_solids(frame, name, factor)
     if SOLID in frame and (factor is not None or unit_m != 1.0):
-        yield f"heights of solids are in units of {unit_m:.6g} m, by {source}"
+        yield f"heights of solids are in units of {figure(unit_m)} m, by {source}"
     quoted = dict.fromkeys(zip(known["of"], known["unread"], known["stated_m"], strict=True))
     pairs = [(of, f"{of} = {value}", stated_m) for of, value, stated_m in quoted if of]
     if unread := dict.fromkeys(words for of, words, _ in pairs if of not in BASES):
         yield f"cannot be read: {first_ten([*unread])}"
-    if above := [f"{words}, roof at {high_m:.6g} m" for of, words, high_m in pairs if of in BASES]:
+    if above := [
+        f"{words}, roof at {figure(high_m)} m" for of, words, high_m in pairs if of in BASES
+    ]:
         yield f"do not begin below their roof: {first_ten(above)}"
 
 

@@ -29,6 +29,7 @@ from optuav.city.lengths import metres, parsed
 from optuav.errors import Fault
 from optuav.mission.files import label
 from optuav.mission.messages import first_ten, nearest, plural, shown
+from optuav.presentation.numbers import figure
 
 LIKE = {
     "height": re.compile(
@@ -127,7 +128,7 @@ def unknown_heights(
     for number, value, name, stated_m in zip(unknown.index, *columns, strict=True):
         words = HEIGHT_WORDS if name else "no height"
         if name in BASES:
-            words = f"must be below the roof, at {stated_m:.6g} m"
+            words = f"must be below the roof, at {figure(stated_m)} m"
         elif name == names["levels"]:
             words = STOREYS.words
         part = "" if name in ("", names["height"]) else f", {name}"

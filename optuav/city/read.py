@@ -26,6 +26,7 @@ from optuav.fields import MOST_CORNERS, Range
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import misfits, path_of, shown
+from optuav.presentation.numbers import figure, typed
 
 HEIGHT = Range("m", gt=0, le=1e6)
 FACTOR = Range("m", gt=0, le=1000)  # Unit of heights
@@ -202,12 +203,12 @@ def _origin(file: Path, town: Any, origin: tuple[float, float] | None) -> tuple[
         raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
     if origin is None:
         if east - west > HALF_TURN:
-            middle = f"180 and {(south + north) / 2:.6g} for example"
+            middle = f"180 and {typed((south + north) / 2, 6)} for example"
             raise refusal(file, f"lies on both sides of the antimeridian: state origin, {middle}")
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
     ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
     if max(pyproj.Geod(ellps="WGS84").inv(*ends)[2]) > FARTHEST_M:
-        words = f"has buildings more than {FARTHEST_M / 1e3:g} km from longitude, latitude"
+        words = f"has buildings more than {figure(FARTHEST_M / 1e3)} km from longitude, latitude"
         raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or a nearer origin")
     return origin
 
@@ -244,7 +245,7 @@ def _with_areas(frame: Any, file: Path) -> tuple[Any, Any]:
     The column `mended` tells which outlines were not valid.
     """
     if (np.abs(frame.total_bounds) > FARTHEST).any():
-        raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
+        raise refusal(file, f"has coordinates beyond {figure(FARTHEST)}")
     shapes, broken = mended(frame.geometry.to_numpy(), frame.index, file)
     frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
     large = shapely.area(shapes) > 0.0

@@ -12,6 +12,7 @@ from optuav.cli.options import by_flags
 from optuav.cli.output import check_places, command, deliver
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, collected, refuse, shown
 from optuav.presentation.blocks import Note
+from optuav.presentation.numbers import fixed
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -86,7 +87,7 @@ def calibrate(
     if isinstance(hover, str):
         notes.append(f"{extends} with these values: {hover}")
     elif hover:
-        value, *ends = (f"{time_s:.1f}" for time_s in hover.values())
+        value, *ends = (fixed(time_s, 1) for time_s in hover.values())
         between = f", 95 % between {' and '.join(ends)} s" if ends else ""
         notes.append(f"{extends} hovers {value} s with these values{between}")
     if fit.changes:

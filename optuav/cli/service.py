@@ -12,7 +12,7 @@ from optuav.cli.output import progress, say
 from optuav.cli.study_options import StudyOptions
 from optuav.errors import Fault, NoPlanError, collected, refuse
 from optuav.options import Perspective
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, typed
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
@@ -121,7 +121,7 @@ def _faults_of_hours(
         "hours": "plans an event without a gap: leave out --share and --horizon-hours",
     }
     named = ("horizon_hours", horizon_hours), ("hours", hours)
-    faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
+    faults = [Fault(name, typed(x), words[name]) for name, x in named if x is not None]
     if len(faults) + fleet > 1 or (horizon_hours is not None and drones is not None):
         return faults
     limits = [("horizon_hours", horizon_hours, horizon.HOURS), ("hours", hours, event.HOURS)]
@@ -139,7 +139,7 @@ def _turns(
     number, covers = plural(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
     figures: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
     words = f"Turns of {number} cover {percent(min(covers, 1.0))} of the time"
-    words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    words += f", {figure(overlap_s)} s of overlap" * (overlap_s > 0.0)
     if cycle.charged_by == "exchange":
         return figures, [words]
     try:

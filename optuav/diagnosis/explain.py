@@ -37,6 +37,7 @@ from optuav.network.places import charging_cap
 from optuav.options import ORDERS, Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
+from optuav.presentation.numbers import figure, seconds
 from optuav.solving import Program, solve
 from optuav.solving.constraint_words import words
 from optuav.solving.free_speed import FreeSpeedProgram
@@ -313,7 +314,7 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
     if not times_s:
         yield f"{where}: without a rest there, no plan exists"
     elif (gain_s := plan.hover_time_s - max(times_s)) > SAME_S:
-        least = f"the best plan hovers {max(times_s):.2f} s, {gain_s:.2f} s less"
+        least = f"the best plan hovers {seconds(max(times_s))}, {seconds(gain_s)} less"
         yield f"{where}: without a rest there, {least}"
     else:
         yield f"{where}: without a rest there, a plan hovers as long"
@@ -342,9 +343,9 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
     gain = " make a plan possible: with one rest and one hover none exists"
     if single:
         gain_s = plan.hover_time_s - single.hover_time_s
-        compared = f"one rest and one hover in one piece, {single.hover_time_s:.2f} s"
-        change = f"{abs(gain_s):.2f} s {'longer' if gain_s > 0.0 else 'shorter'}"
-        gain = f": {plan.hover_time_s:.2f} s of hover, {change} than with {compared}"
+        compared = f"one rest and one hover in one piece, {seconds(single.hover_time_s)}"
+        change = f"{seconds(abs(gain_s))} {'longer' if gain_s > 0.0 else 'shorter'}"
+        gain = f": {seconds(plan.hover_time_s)} of hover, {change} than with {compared}"
     if gain_s is None or abs(gain_s) > SAME_S:
         notes = (f"at most {asked_for}{gain}", WITHOUT_STOPS)
         return Explanation(plan, notes=notes, more_stops_open=True, gain_s=gain_s)
@@ -372,11 +373,11 @@ def _optimum(
     second = float(solution.second[entry])
     notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
-        best = f"the optimum with continuous times, {solution.objective[entry]:.6g} {sought}"
+        best = f"the optimum with continuous times, {figure(solution.objective[entry])} {sought}"
         belong = "constraints, proof and prices belong to"
         notes.append(f"an answer in slots has no shadow prices: {belong} {best}")
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
-        notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
+        notes.append(f"solving again gives {seconds(hover_s, 6)} of hover, not the plan's")
     if len(tied) > 1:
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
         ways = ", ".join(" → ".join(route) for route in routes[:4])

@@ -18,7 +18,7 @@ from optuav.network.network import Network
 from optuav.network.places import laser_reach, on_landing
 from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
-from optuav.presentation.numbers import figure, percent, with_unit
+from optuav.presentation.numbers import amperes, figure, percent, seconds, with_unit
 from optuav.solving import Program
 from optuav.solving.program import route_model_of
 
@@ -96,18 +96,18 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
         return Conclusion(
             "", "no plan", STATED.sub(lambda m: f"{LIMITS_BY_KEY[m[1]]} of ", reason), False
         )
-    hover = f"{plan.hover_time_s:.2f} s of hover"
+    hover = f"{seconds(plan.hover_time_s)} of hover"
     if not plan.hover_time_s:  # as on the shortest trip
-        hover = f"{plan.mission_time_s:.2f} s of travel"
+        hover = f"{seconds(plan.mission_time_s)} of travel"
     if plan.flyable is not False:
         return Conclusion(hover, "flies" if plan.flyable else "not simulated", "", True)
     event, reason = "cannot be flown", next(iter(plan.faults), "")
     if (dry_s := plan.runs_dry_s) is not None:
         turns = plan.mission.battery.takes_turns
-        event = f"falls at {dry_s:.0f} s"
+        event = f"falls at {seconds(dry_s, 0)}"
         reason = "no pack is left to fly on" if turns else "the available well is empty"
     elif (full_s := plan.overfull_s) is not None:
-        event = f"overfills at {full_s:.0f} s"
+        event = f"overfills at {seconds(full_s, 0)}"
         reason = "the available well is full and accepts less than the plan assumes"
     return Conclusion(f"{hover} promised", event, reason, False)
 
@@ -121,7 +121,7 @@ def route(plan: Plan) -> str:
             stays.append(f"hover over {', '.join(others)}{' and ' * bool(others)}{last}")
             continue
         for stop in stops:
-            lasts = f"{stop.duration_s:.1f} s"
+            lasts = seconds(stop.duration_s, 1)
             rest = f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}"
             stays.append(rest if kind == "rest" else "hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
@@ -195,7 +195,7 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     role = ROLES.get(kind, "bounds")
     words = {
         "charge": f"charge left: {percent(limits.min_soc)}",
-        "deadline": f"deadline: {limits.deadline_s:.6g} s",
+        "deadline": f"deadline: {figure(limits.deadline_s)} s",
     }.get(role, constraint.label if kind != "bounds" else "")
     short = words.partition(":")[0]
     if isinstance(moment, StepEnd) and role == "charge":
@@ -247,7 +247,7 @@ def gains_in_words(explained: Findings) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
     known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
-        (what, f"{gain:.{2 if gain < 1.0 else 0}f} s")
+        (what, seconds(gain, 2 if gain < 1.0 else 0))
         for key, what in STEPS_IN_WORDS.items()
         if SEEN_S <= (gain := known.get(key, 0.0)) < math.inf
     ]
@@ -295,13 +295,14 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         unreached = KeyWithoutEffect(0.0, None, "the laser reaches no place to stay")
         yield from ((power, unreached), (current, unreached))
     elif mission.laser.power_W >= capped_W:
-        words = f"the charging current is capped at {current_A:g} A"
+        words = f"the charging current is capped at {figure(current_A)} A"
         yield (
             power,
             KeyWithoutEffect(capped_W, None, words if capped_W else "the mission sets the current"),
         )
     elif most_A < current_A:
-        yield current, KeyWithoutEffect(most_A, None, f"the laser delivers at most {most_A:.3g} A")
+        words = f"the laser delivers at most {amperes(most_A)}"
+        yield current, KeyWithoutEffect(most_A, None, words)
 
 
 def key_of(price: Price) -> str:

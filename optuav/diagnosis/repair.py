@@ -29,6 +29,7 @@ from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.plan import Plan
+from optuav.presentation.numbers import typed
 from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
 from optuav.solving.device_routes import network_for
@@ -44,7 +45,6 @@ PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "body.mass_kg"]
 """Keys that a planner can change, the easiest first; other loads and physics come after."""
 GIVEN = "link.noise_power_W"  # Nobody can change the noise: it comes last
 LARGEST_FACTOR = 1e3  # Largest change that is tried, as a factor
-WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
 NEGLIGIBLE = 1e-9  # Share of a change that is as good as none
@@ -130,18 +130,19 @@ class Repair:
     def __str__(self) -> str:
         if self.value is None:
             return f"{self.key} left out"
-        if self.comparison == "==":
+        if self.comparison == "==" or not isinstance(self.value, int | float):
             return f"{self.key} = {shown(self.value)}"
         if self.up_to is None:
-            return f"{self.key} {self.comparison} {self.value:{WRITTEN}}"
+            return f"{self.key} {self.comparison} {typed(self.value)}"
         low, high = (self.value, self.up_to)[:: 1 if self.comparison == ">=" else -1]
-        return f"{low:{WRITTEN}} <= {self.key} <= {high:{WRITTEN}}"
+        return f"{typed(low)} <= {self.key} <= {typed(high)}"
 
     @property
     def row(self) -> tuple[str, str]:
         """The change and the present value, as they are written."""
-        now = shown(self.now) if self.comparison == "==" else f"{self.now:{WRITTEN}}"
-        return str(self), f"now {now}"
+        if self.comparison == "==" or not isinstance(self.now, int | float):
+            return str(self), f"now {shown(self.now)}"
+        return str(self), f"now {typed(self.now)}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data."""

@@ -28,6 +28,7 @@ from optuav.errors import Fault, InputError, SolverError, shown
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.expression import Expression, Operand, Variable
 from optuav.modelling.model import Model
+from optuav.presentation.numbers import figure
 from optuav.status import Status
 
 NAME = "cvxpy"
@@ -210,8 +211,8 @@ class CvxpyProgramme:
         more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))
         if excess > GAP or more > GAP * max(1.0, abs(best)):
             raise SolverError(
-                f"{NAME} with {self.solver} says {words}, but its answer violates a row "
-                f"by a share of {excess:.2g} and may be {max(0.0, more):.2g} short of the best"
+                f"{NAME} with {self.solver} says {words}, but its answer violates a row by a share "
+                f"of {figure(excess, 2)} and may be {figure(max(0.0, more), 2)} short of the best"
             )
 
     def _preferred(self, goals: Floats, x: Floats) -> Floats:

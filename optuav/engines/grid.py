@@ -31,6 +31,7 @@ from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import change_by_step, evaluate
+from optuav.presentation.numbers import figure, typed
 from optuav.status import Status
 
 NAME = "grid"
@@ -48,11 +49,17 @@ def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = Tru
     """Whole slots of each unknown [s]; refused if too many for memory or for unlimited time."""
     ranges = slot_ranges(model, parameters, slot_s).values()
     if any(last - first >= MOST_SLOTS for first, last in ranges):
-        raise InputError(f"slots of {slot_s:g} s are too short: more than {MOST_SLOTS} of them fit")
+        raise InputError(
+            f"slots of {figure(slot_s)} s are too short: more than {MOST_SLOTS} of them fit"
+        )
     count = math.prod(last - first + 1 for first, last in ranges)
     if count > MOST_CELLS and not limited:
-        words = f"longer slots, or time_limit_s: without it at most {MOST_CELLS:.0g} pairs are"
-        raise InputError([Fault("slot_s", f"{slot_s:g}", f"{words} tried, these make {count:.3g}")])
+        words = (
+            f"longer slots, or time_limit_s: without it at most {figure(MOST_CELLS, 1)} pairs are"
+        )
+        raise InputError(
+            [Fault("slot_s", typed(slot_s), f"{words} tried, these make {figure(count, 3)}")]
+        )
     return [slot_s * np.arange(first, last + 1, dtype=float) for first, last in ranges]
 
 
@@ -147,7 +154,9 @@ def _best_cell(
         if seen:
             seen(tried, count)
         if time.monotonic() > latest:
-            raise SolverError(f"{NAME} saw {tried:.3g} of {count:.3g} cells within the time limit")
+            raise SolverError(
+                f"{NAME} saw {figure(tried, 3)} of {figure(count, 3)} cells within the time limit"
+            )
         tried += math.prod(map(np.size, block.values()))
         least = -math.inf if best is None else best[0][0] - best[1][0]
         points = _cut(block, sign * evaluate(model.objective, {**parameters, **block}) >= least)

@@ -91,7 +91,7 @@ class Solution(Presented):
         counts = Counter(status.value for status in self.statuses)
         counted = ", ".join(f"{count} {words}" for words, count in counts.items())
         if len(self.statuses) == 1:
-            counted = f"{self.status.value}, objective {self.objective[0]:.6g}"
+            counted = f"{self.status.value}, objective {figure(self.objective[0])}"
         return f"<Solution by {self.engine}: {counted}>"
 
     def blocks(self) -> Iterator[Block]:
@@ -130,7 +130,7 @@ class Solution(Presented):
     def _lacks(self) -> str:
         """The residuals of the only answer."""
         residuals = self.residuals()._asdict().items()
-        return ", ".join(f"{name} {amount:.1g}" for name, amount in residuals)
+        return ", ".join(f"{name} {figure(amount, 1)}" for name, amount in residuals)
 
     def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
         """Label, slack as it is shown, multiplier if known, and if it binds, by constraint."""
@@ -221,7 +221,9 @@ class Solution(Presented):
     def verify(self, index: int = 0) -> Checks:
         """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
         rows = evaluated(self.declared, self._at(index))
-        broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
+        broken = [
+            f"{row.label} by {figure(float(-row.slack), 3)}" for row in rows if not row.satisfied
+        ]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
         return rows

@@ -17,6 +17,7 @@ from optuav.mission.messages import shown
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import evaluate
+from optuav.presentation.numbers import figure
 from optuav.solving import Program, formulate
 
 SIDE = 13  # Values of each unknown on the grid of points, in equal steps
@@ -191,4 +192,4 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
 
 
 def _point_words(point: Mapping[str, float]) -> str:
-    return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in point.items()) + ")"
+    return "(" + ", ".join(f"{name} = {figure(value)}" for name, value in point.items()) + ")"

@@ -11,7 +11,7 @@ from optuav.laser.beam import SpreadingBeam
 from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.plan.display import rounded_up
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, fixed, percent, watts
 from optuav.service.cycle import PERSPECTIVES, Coverage, coverage
 from optuav.service.fleet import Fleet
 from optuav.solving import Program
@@ -56,7 +56,7 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
     stations = budget.stations()
     before_W = [stations[0].power_W, *(station.power_W for station in stations)]
     return {
-        "title": f"From the laser to {roof}, {budget.distance_m:.4g} m",
+        "title": f"From the laser to {roof}, {figure(budget.distance_m, 4)} m",
         "stations": [
             {**station._asdict(), "before_W": most_W, "said": _power_words(station.power_W, most_W)}
             for station, most_W in zip(stations, before_W, strict=False)
@@ -68,7 +68,7 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
 
 def _power_words(power_W: float, before_W: float) -> str:
     lost = 1.0 - power_W / before_W if before_W else 0.0
-    return f"{power_W:.4g} W" + (f", {percent(lost)} lost" if lost > LEAST_LOSS else "")
+    return watts(power_W) + (f", {percent(lost)} lost" if lost > LEAST_LOSS else "")
 
 
 def _speed(program: Program, plan: Plan, building: str | None) -> Data:
@@ -76,7 +76,7 @@ def _speed(program: Program, plan: Plan, building: str | None) -> Data:
     curve = power_curve(program.network.mission)
     marks = [{"words": "hover, in the wind", "speed_m_s": 0.0, "power_W": curve.hover_power_W}]
     for words, (speed_m_s, power_W) in curve.named.items():
-        said = f"{words}: {speed_m_s:.1f} m/s"
+        said = f"{words}: {fixed(speed_m_s, 1)} m/s"
         marks.append({"words": said, "speed_m_s": speed_m_s, "power_W": power_W})
     return {
         "title": "Power against airspeed",
@@ -143,7 +143,7 @@ def lasting(time_s: float) -> str:
     size_s, unit = next(
         (size_s, unit) for size_s, unit in UNITS_OF_TIME if time_s >= size_s or size_s == 1.0
     )
-    return f"{time_s / size_s:.3g} {unit}"
+    return f"{figure(time_s / size_s, 3)} {unit}"
 
 
 def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:

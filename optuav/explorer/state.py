@@ -16,6 +16,7 @@ from optuav.mission.keys import stated_value
 from optuav.mission.messages import number, shown, unknown
 from optuav.options import ORDERS, ORDERS_OF_SEVERAL, TRAJECTORIES, Perspective, ProblemName
 from optuav.plan.display import round_step
+from optuav.presentation.numbers import significant
 from optuav.solving.question import MOST_FREE, problem_of
 
 DEVICE, LASER = "link.device_m", "laser.position_m"  # Places that can be moved, beside roofs
@@ -193,6 +194,6 @@ def _control(
 ) -> Control:
     """A control of a range in the unit of a key; without a lower end, from its first step on."""
     read_in, scale = READ_IN.get(unit, (unit, 1.0))
-    step = float(f"{round_step(high / scale, STEPS) * scale:.12g}")
+    step = significant(round_step(high / scale, STEPS) * scale, 12)
     low = step if low is None else low
     return Control(key, axis, label, symbol, read_in, scale, low, high, step, value)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from optuav.export import PlanOnEarth, Position, Step
+from optuav.presentation.numbers import figure
 
 KML = "http://www.opengis.net/kml/2.2"
 
@@ -34,8 +35,8 @@ def kml(course: PlanOnEarth) -> str:
         mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
         named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
         _leaf(mark, "name", step.kind if step.kind == step.place else named)
-        speed = f", at most {max(step.level_speeds_m_s):.5g} m/s level" if flies else ""
-        _leaf(mark, "description", f"{round(step.duration_s, 3):.10g} s{speed}")
+        speed = f", at most {figure(max(step.level_speeds_m_s), 5)} m/s level" if flies else ""
+        _leaf(mark, "description", f"{figure(round(step.duration_s, 3), 10)} s{speed}")
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
         _leaf(shape, "altitudeMode", "absolute")
         altitudes_m = _altitudes_m(course, step)
@@ -74,7 +75,7 @@ def marked_kml(
     for mark in marks:
         placemark = ElementTree.SubElement(document, "Placemark")
         _leaf(placemark, "name", mark.name)
-        facts = (f"{key} {value:.10g}" for key, value in mark.facts.items())
+        facts = (f"{key} {figure(value, 10)}" for key, value in mark.facts.items())
         _leaf(placemark, "description", ", ".join(facts))
         shape = ElementTree.SubElement(placemark, "Point")
         _leaf(shape, "altitudeMode", "absolute")

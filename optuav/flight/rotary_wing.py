@@ -21,6 +21,7 @@ from optuav.fields import (
     Speed,
 )
 from optuav.flight.model import MODEL, CruisingModel, FlightTable, wind_sliders
+from optuav.presentation.numbers import figure
 from optuav.tables import BatteryPacks, Body, Wind
 
 if TYPE_CHECKING:
@@ -128,9 +129,9 @@ class RotaryWing(CruisingModel):
         if not slower.any():
             return None
         return (
-            f"flight.max_speed_m_s = {cap_m_s:g} m/s, an air speed, allows only "
-            f"{allowed_m_s[slower].min():.4g} m/s over ground on a leg, less than "
-            f"flight.cruise_speed_m_s = {wanted_m_s:g} m/s"
+            f"flight.max_speed_m_s = {figure(cap_m_s)} m/s, an air speed, allows only "
+            f"{figure(allowed_m_s[slower].min(), 4)} m/s over ground on a leg, less than "
+            f"flight.cruise_speed_m_s = {figure(wanted_m_s)} m/s"
         )
 
     def _ruled_m_s(self, direction: Vector, rule: str) -> Quantity:
@@ -214,7 +215,10 @@ class RotaryWing(CruisingModel):
             return None
         wind, cap = self._wind_speed_m_s, self.flight.max_speed_m_s
         keys = "wind.velocity_m_s, flight.max_speed_m_s"
-        return f"the wind blows at {wind:.6g} m/s, the UAV flies at {cap:.6g} m/s at most ({keys})"
+        return (
+            f"the wind blows at {figure(wind)} m/s, the UAV flies at {figure(cap)} m/s at most "
+            f"({keys})"
+        )
 
     def too_windy(self) -> Quantity:
         return self._wind_speed_m_s > self.flight.max_speed_m_s

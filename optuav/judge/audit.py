@@ -21,7 +21,7 @@ from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import figure, fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 
 MOST_SHOWN = 20  # Largest number of items that are printed one by one
 
@@ -194,7 +194,7 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
     well = f"available well at least {percent(least)} full"
     yield "Margin", f"{percent(left)} of the charge left, {side}; {well}"
     speed_m_s = math.hypot(*mission.wind.velocity_m_s)
-    yield "Wind", f"{speed_m_s:g} m/s" + ("" if speed_m_s else ", none is stated")
+    yield "Wind", f"{figure(speed_m_s)} m/s" + ("" if speed_m_s else ", none is stated")
     if along[0].home is None:
         return
     for place, rows in (
@@ -207,7 +207,7 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
             yield "In reach", f"{place} is, straight on, after every item"
         elif rows:
             which = f" ({rows[-1].roof})" if place == "a roof" else ""
-            at = f"after {rows[-1].item}, at {rows[-1].end_s:.0f} s"
+            at = f"after {rows[-1].item}, at {seconds(rows[-1].end_s, 0)}"
             yield "In reach", f"{place}{which} is for the last time {at}"
         else:
             yield "In reach", f"{place} is after no item"
@@ -225,7 +225,7 @@ def _items(judged: Audit) -> Iterator[Block]:
     for row in shown_rows:
         home = "?" if row.home is None else "yes" if row.home else "no"
         shares = (fixed(100.0 * share, 1) for share in (row.charge, row.available))
-        rows.append([row.item, row.what, f"{row.end_s:.1f}", *shares, home, row.roof or "–"])
+        rows.append([row.item, row.what, fixed(row.end_s, 1), *shares, home, row.roof or "–"])
     left_out = len(along) - len(shown_rows)
     below = [f"and {left_out} more before the last"] if left_out else []
     yield Table(heads, rows, words=2, last=2, longest=30, below=below)
@@ -246,7 +246,9 @@ def _contradictions(
             yield from _contradictions(f"{here}[{number}]", *pair, time_s)
     elif _is_number(stated) and _is_number(follows):
         if not same(stated, follows):
-            words = f"{here}: the file says {stated:.10g}, its phases say {follows:.10g}"
+            words = (
+                f"{here}: the file says {figure(stated, 10)}, its phases say {figure(follows, 10)}"
+            )
             yield FlightEvent(MISMATCH, time_s, words, float(stated), float(follows))
     elif stated != follows:
         words = f"{here}: the file says {shown(stated)}, its phases say {shown(follows)}"

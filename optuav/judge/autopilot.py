@@ -188,7 +188,7 @@ def _of_waypoints(text: str, file: Path) -> StatedFlight:
         faults += (Fault(f"field {n + 1}", shown(cells[n]), "a number", here) for n in wrong)
         if not wrong:
             name, _, frame, command, *numbers, _ = map(decimal, cells)
-            rows.append(MavlinkItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
+            rows.append(MavlinkItem(f"item {int(name)}", int(command), int(frame), tuple(numbers)))
     if not rows:
         refuse(faults)
         raise refusal(file, "has no items: is it cut off?")

@@ -13,6 +13,7 @@ from optuav.judge.replay import Judged, Replay, replay
 from optuav.plan import Plan
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Heading
+from optuav.presentation.numbers import figure, fixed, seconds
 
 Interval = tuple[float, float]
 
@@ -110,7 +111,10 @@ def _too_close(
     for (_, end_s, one, at_m), (begin_s, _, other, next_m) in pairwise(hovers):
         away_m = math.dist(at_m, next_m)
         if begin_s <= end_s + rounding_s and one != other and away_m < apart_m - TOLERANCE:
-            words = f"drones {one} and {other} hover {away_m:.2f} m apart, less than {apart_m:g} m"
+            words = (
+                f"drones {one} and {other} hover {fixed(away_m)} m apart, less than "
+                f"{figure(apart_m)} m"
+            )
             yield FlightEvent("separation", begin_s, words)
 
 
@@ -125,18 +129,20 @@ def _coverage_faults(
     allowed_s = max(shortest_s * (1.0 / share - 1.0) - overlap_s, 0.0) + rounding_s
     gap_s, at_s = longest_gap(hovers, wanted, first_s, until_s)
     if gap_s > allowed_s:
-        faults.append(FlightEvent("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
+        faults.append(FlightEvent("gap", at_s, f"fewer than {wanted} hover for {seconds(gap_s)}"))
     elif share * (1.0 + TOLERANCE) >= 1.0:
         # The last hover hands over to nobody
         short_s, at_s = longest_gap(counted, wanted, first_s, min(until_s, hovers[-1][0]))
         if short_s > rounding_s:
-            words = f"hovers overlap by {overlap_s - short_s:.2f} s, less than {overlap_s:g} s"
+            words = (
+                f"hovers overlap by {seconds(overlap_s - short_s)}, less than {figure(overlap_s)} s"
+            )
             faults.append(FlightEvent("overlap", at_s, words))
     passed_s = hovers[-1][0] - hovers[0][0] if hovers else 0.0
     if passed_s > 0.0:
         mean = math.fsum(end_s - begin_s for begin_s, end_s in counted[:-1]) / passed_s
         if mean < share * (1.0 - TOLERANCE) - rounding_s / passed_s:
-            words = f"{mean:.6g} hover on average, less than {share:g}"
+            words = f"{figure(mean)} hover on average, less than {figure(share)}"
             faults.append(FlightEvent("share", hovers[0][0], words))
     return gap_s, faults
 

@@ -29,6 +29,7 @@ from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
 from optuav.plan.export import altitude_m_of
+from optuav.presentation.numbers import fixed, typed
 
 SAME_PLACE_m = 2.0  # horizontal distance of places that are meant to be one
 ROOFS = 3  # nearest roofs that are tried from a place
@@ -184,7 +185,9 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
             place = tuple(np.round(at, MILLIMETRE).tolist())
         base_m = home[2] - (flight.home_altitude_m if each.over == "sea" else 0.0)
         if not DURATION.accepts(each.stay_s):
-            raise InputError([Fault(each.item, f"{each.stay_s:g} s", DURATION.words, label(file))])
+            raise InputError(
+                [Fault(each.item, f"{typed(each.stay_s)} s", DURATION.words, label(file))]
+            )
         found = (*place, round(each.height_m + base_m, DIGITS))
         if not np.isfinite(found).all():
             words = "a height over home, as the altitude of home is unknown"
@@ -202,7 +205,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
         notes.append(f"legs are flown at the speeds of {model}, not at those of the plan")
     for each, goal in zip(flight.steps, goals, strict=False):
         if each.kind == "take-off" and goal.at_m[2] < home[2]:
-            words = f"takes off downwards, by {home[2] - goal.at_m[2]:.0f} m"
+            words = f"takes off downwards, by {fixed(home[2] - goal.at_m[2], 0)} m"
             notes.append(f"{each.item} {words}: are its heights over home, not above the sea?")
         break
     notes += _below_ground(goals)
@@ -219,7 +222,7 @@ def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
     """Yield a sentence on the lowest place if it is below z = 0, a mission's ground."""
     lowest = min(goals, key=lambda goal: goal.at_m[2])
     if lowest.at_m[2] < -ROUNDING_m:
-        place = f"{lowest.item} lies {-lowest.at_m[2]:.1f} m below z = 0"
+        place = f"{lowest.item} lies {fixed(-lowest.at_m[2], 1)} m below z = 0"
         yield f"{place}: optuav knows no terrain and cannot tell whether the ground is lower there"
 
 

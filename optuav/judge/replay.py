@@ -33,7 +33,7 @@ from optuav.plan import Plan
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import FlightEvent, Trace
 from optuav.presentation.blocks import Block, Facts, Fold, Heading, Picture, Table
-from optuav.presentation.numbers import percent, percent_apart
+from optuav.presentation.numbers import figure, percent, percent_apart, seconds
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class Judged(Presented):
     def event_blocks(self) -> Iterator[Block]:
         """Yield the events under their headings, violations first; HTML folds what is to know."""
         for heading, events in self.by_kind.items():
-            rows = [(f"{e.time_s:.2f} s", e.words + e.value_and_limit) for e in events[:MOST_SHOWN]]
+            rows = [(seconds(e.time_s), e.words + e.value_and_limit) for e in events[:MOST_SHOWN]]
             more = len(events) - len(rows)
             below = [f"and {more} more"] if more else []
             table = Table((), rows, words=0, last=1, above=heading, below=below)
@@ -157,14 +157,16 @@ class Replay(Judged):
         """Route, times and charge left, in words; empty where the mission cannot be flown."""
         if not self.phases:
             return []
-        times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
+        times = (f"{name.split('_')[0]} {seconds(each)}" for name, each in self.times_s.items())
         levels = (f"{name} {percent(level)}" for name, level in self.soc.items())
         charge = f"{', '.join(levels)} left"
         return [("Route", " → ".join(self.route)), ("Times", ", ".join(times)), ("Charge", charge)]
 
     def __repr__(self) -> str:
         name, count = self.mission.name, len(self.phases)
-        return f"<Replay for {name!r}: {count} phases, {self.mission_time_s:.2f} s, {self.verdict}>"
+        return (
+            f"<Replay for {name!r}: {count} phases, {seconds(self.mission_time_s)}, {self.verdict}>"
+        )
 
     def blocks(self) -> Iterator[Block]:
         """Yield the verdict, route and times, the wells, and the events."""
@@ -418,11 +420,13 @@ def _stay(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
         if distance_m > radius_m * (1.0 + TOLERANCE):
             outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
             of_device = f"device {device.name}" if mission.devices else "the device"
-            where = f"out of coverage of {of_device} (outage {outage:.3g})"
+            where = f"out of coverage of {of_device} (outage {figure(outage, 3)})"
             words = f"hovering at {place.name} is {where}"
             yield FlightEvent("coverage", start_s, words, distance_m, radius_m, "m")
     elif place.roof == CLEAR and z > 0.0:
-        words = f"nothing to rest on at {place.name}: no roof, and the ground is {z:g} m below"
+        words = (
+            f"nothing to rest on at {place.name}: no roof, and the ground is {figure(z)} m below"
+        )
         yield FlightEvent("no roof", start_s, words)
     if mission.laser is not None and not place.sight and not phase.stated:
         words = f"no sight of the laser at {place.name}: nothing charges the battery there"
@@ -442,7 +446,9 @@ def _unserved(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterator[Fli
             continue
         due_s, flown_s = device.share * hover_s, own[0].duration_s
         if abs(flown_s - due_s) > max(SHARE_S, TOLERANCE * due_s):
-            words = f"the hover over device {device.name} is not its share {device.share:.6g} of Δ"
+            words = (
+                f"the hover over device {device.name} is not its share {figure(device.share)} of Δ"
+            )
             yield FlightEvent("share", own[0].start_s, words, flown_s, due_s, "s")
     names = {device.name for device in mission.served}
     for phase in hovers:
@@ -491,13 +497,18 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Fli
     events = list[FlightEvent]()
     for time_s, name, stated, simulated, scale, unit in figures:
         if not same(stated, simulated, abs_tol=TOLERANCE * scale):
-            words = f"{name}: the plan says {stated:.10g}, it is {simulated:.10g} {unit}"
+            words = (
+                f"{name}: the plan says {figure(stated, 10)}, it is {figure(simulated, 10)} {unit}"
+            )
             events.append(FlightEvent(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
     hover_s = plan.hover_time_s
     objective_s = hover_s if plan.objective is None else plan.objective  # As in older files
     states_hover = plan.problem in LONGEST_HOVER
     if states_hover and not same(objective_s, hover_s, abs_tol=TOLERANCE):
-        words = f"objective: the plan says {objective_s:.10g} s, it hovers {hover_s:.10g} s"
+        words = (
+            f"objective: the plan says {figure(objective_s, 10)} s, it hovers "
+            f"{figure(hover_s, 10)} s"
+        )
         events.append(FlightEvent(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
     slot_s = plan.slot_s if plan.problem in IN_SLOTS else None
     at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
@@ -510,8 +521,8 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Fli
         # The deadline may cut a hover short.
         exempt = stay.kind == "flight" or (stay.kind == "hover" and at_deadline)
         if not exempt and not same(round(slots) * (slot_s or 1.0), duration_s):
-            why = f"{name} is {slots:.10g} slots"
-            words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
+            why = f"{name} is {figure(slots, 10)} slots"
+            words = f"slot_s: the plan says {figure(slot_s or 1.0, 10)} s, but {why}"
             events.append(FlightEvent(MISMATCH, stay.start_s, words, slot_s, None, "s"))
     flies = not broken and (plan.flyable is True or not events)
     if plan.flyable not in (None, flies):

@@ -17,6 +17,7 @@ from optuav.mission.validation import Breach, Document, StatedMission, format_br
 from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
 from optuav.presentation.blocks import Block, Facts, Heading
+from optuav.presentation.numbers import seconds
 from optuav.presentation.presented import Presented
 
 KIND = "optuav solutions"
@@ -88,7 +89,11 @@ class CheckedSolutions(Presented):
             known = {name.replace("_", " "): row[f"{name}_s"] for name in TIMES}
             question = f"{row['mission']}, {row['problem']}, {row['perspective']}"
             yield Heading(f"{question}: {solution.verdict}", good=not solution.wrong)
-            times = [f"{name} {end_s:.3f} s" for name, end_s in known.items() if end_s is not None]
+            times = [
+                f"{name} {seconds(end_s, 3)}"
+                for name, end_s in known.items()
+                if isinstance(end_s, float)
+            ]
             facts = [("Times", ", ".join(times))] if times else []
             yield Facts([*facts, *(("Wrong", words) for words in solution.wrong)])
         if self.missing:

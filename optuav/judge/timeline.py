@@ -27,6 +27,7 @@ from optuav.physics.flight import Flow, Loads
 from optuav.physics.quantity import Vector
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan, Stop
+from optuav.presentation.numbers import coordinates
 
 Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
@@ -248,7 +249,7 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
     of_places = zip(names, numbers, roofs, at_m.tolist(), sights, strict=True)
     for name, number, roof, (x, y, z), sight in of_places:
         received = vehicle.charging(mission, (x, y, z)) if sight else NOTHING
-        words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
+        words = name if isinstance(name, str) else coordinates((x, y, z), 10)
         by_name[name] = Place(words, number, roof, (x, y, z), sight, received)
     return by_name
 

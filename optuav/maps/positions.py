@@ -20,6 +20,7 @@ from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
 from optuav.network.vehicle import hover_points_m
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure, seconds
 from optuav.service.calm_air import in_calm_air, with_words
 from optuav.solving import solve
 from optuav.solving.question import checked_question
@@ -245,7 +246,7 @@ def hovers(
                 base.replace({key: facts["best_m"]}),
                 lambda calm: solve(calm, perspective=perspective).hover_time_s,
             ),
-            "{:.2f} s of hover there".format,
+            lambda hover_s: f"{seconds(hover_s)} of hover there",
         )
         facts |= {"in_calm_air": words} if words else {}
     return HoverMap(solved, facts, x, y)
@@ -275,7 +276,7 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
     most = np.floor(np.diff(corners_m, axis=0)[0] / step_m + ROUNDED_DISTANCE).astype(int) + 1
     columns, rows = most.tolist()
     if (count := columns * rows) > MOST_POINTS:
-        words = f"at most {MOST_POINTS} points, which take {MOST_POINTS * BYTES / 1e9:g} GB"
+        words = f"at most {MOST_POINTS} points, which take {figure(MOST_POINTS * BYTES / 1e9)} GB"
         refuse([Fault("step_m", f"{columns} × {rows} = {count} points", words)])
     return [
         np.round(first_m + step_m * np.arange(number), DECIMALS) + 0.0  # no -0.0

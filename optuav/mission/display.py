@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from optuav.fields import MissionSection
 from optuav.presentation.blocks import Block, Facts, Fold, Note, Table
 from optuav.presentation.markup import MOST_ROWS
+from optuav.presentation.numbers import figure
 from optuav.tables import Building, Device
 
 
@@ -84,5 +85,5 @@ def _shown(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
-        return f"{value:.10g}".replace("-", "−")
+        return figure(value, 10)
     return str(value)

@@ -13,6 +13,7 @@ from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Range
 from optuav.mission.forms import SINGLE, table_keys
 from optuav.mission.messages import nearest, number, number_of, shown
 from optuav.mission.mission import Mission, unknown_names
+from optuav.presentation.numbers import with_unit
 
 VECTORS = {
     **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), (COORDINATE, 3)),
@@ -140,8 +141,9 @@ def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
 
 def quantity(mission: Mission, key: str) -> str:
     """A mission's own value of a numeric key with its unit, as text."""
-    allowed = number(key) or range_of(key)
-    return f"{stated_value(mission, key):g} {allowed.unit if allowed else ''}"
+    allowed, value = number(key) or range_of(key), stated_value(mission, key)
+    assert value is not None
+    return with_unit(value, allowed.unit if allowed else "")
 
 
 def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:

@@ -11,9 +11,10 @@ from pydantic import BaseModel
 from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
-from optuav.fields import Allowed, OneOf, Range, short
+from optuav.fields import Allowed, OneOf, Range
 from optuav.mission.files import expand_home
 from optuav.mission.forms import LISTS, forms
+from optuav.presentation.numbers import short
 
 TYPES = {
     "float_type": "a number",

@@ -27,7 +27,7 @@ from optuav.mission.forms import CHOICES, LISTS, SCHEMA, TABLES, Flight, Source,
 from optuav.mission.messages import nearest, no_item, path_of, plural, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 from optuav.presentation.blocks import Block
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import coordinates, figure, percent
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
 
     def __repr__(self) -> str:
         name, count, limits = printable(self.name), len(self.buildings), self.limits
-        return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
+        return f"<Mission {name!r}: {count} buildings, within {figure(limits.deadline_s)} s>"
 
     def blocks(self) -> Iterator[Block]:
         """Yield subject, places, deadline and equipment; in HTML every key and building too."""
@@ -342,26 +342,23 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
         """What, where, how long, and with what, in sentences by heading."""
         route, limits, battery, laser = self.route, self.limits, self.battery, self.laser
 
-        def point(at_m: tuple[float, ...]) -> str:
-            return f"({', '.join(f'{coordinate:g}' for coordinate in at_m)}) m"
-
-        outage = f"outage at most {limits.outage_probability:g}"
+        outage = f"outage at most {figure(limits.outage_probability)}"
         if self.devices:
             names = [printable(device.name) for device in self.devices]
             devices = {"Devices": f"{', '.join(names)}, {outage}"}
         else:
-            devices = {"Device": f"{point(self.device_m)}, {outage}"}
+            devices = {"Device": f"{coordinates(self.device_m)} m, {outage}"}
         buildings = plural(len(self.buildings), "building")
-        source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
+        source = f"a laser of {figure(laser.power_W)} W" if laser else "no laser"
         return {
             "Mission": f"{printable(self.name)}: {buildings}, {source}",
-            "Route": f"{point(route.origin_m)} to {point(route.destination_m)} within "
-            f"{limits.deadline_s:g} s",
+            "Route": f"{coordinates(route.origin_m)} m to {coordinates(route.destination_m)} m "
+            f"within {figure(limits.deadline_s)} s",
             **devices,
-            "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
+            "Battery": f"{battery.packs} × {figure(battery.capacity_As)} A s, {battery.schedule}, "
             f"at least {percent(limits.min_soc)} left",
-            "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
-            f"{limits.max_altitude_m:g} m above ground",
+            "Flight": f'model "{self.flight.model}", {figure(limits.min_altitude_m)} to '
+            f"{figure(limits.max_altitude_m)} m above ground",
         }
 
     def to_dict(self) -> Document:

@@ -21,7 +21,7 @@ from optuav.mission.mission import Mission, without_none
 from optuav.mission.validation import StatedMission, breaches_of
 from optuav.options import BATTERIES, BatteryName
 from optuav.physics.cells import CELLS, kind_of
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, seconds
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -109,17 +109,19 @@ def _wells_remarks(battery: Any) -> Iterator[str]:
     wells = CELLS[name]
     fitted = behind = rated = ""
     if wells.most_C is not None:
-        fitted = f", to {wells.most_C:g} C"
+        fitted = f", to {figure(wells.most_C)} C"
         rated = "capacity_As is the rated charge of a pack, at 0.2 C until the cut-off. "
     if wells.least_lag_s < wells.largest_lag_s:
-        behind = f"; over such cells {wells.least_lag_s:g} to {wells.largest_lag_s:g} s"
+        behind = f"; over such cells {figure(wells.least_lag_s)} to {figure(wells.largest_lag_s)} s"
     elif round(wells.lag_s) != wells.least_lag_s:
         behind = (
-            f", chosen so as not to last longer; the one cell behind it {wells.least_lag_s:g} s"
+            ", chosen so as not to last longer; the one cell behind it "
+            f"{figure(wells.least_lag_s)} s"
         )
     words = (
-        f"Wells `{name}`: {wells.source}{fitted}. Lag (1−ω)²/k_F {wells.lag_s:.0f} s{behind}. "
-        f"{rated}Calibrate with your own lifetimes: optuav calibrate kibam."
+        f"Wells `{name}`: {wells.source}{fitted}. Lag (1−ω)²/k_F "
+        f"{seconds(wells.lag_s, 0)}{behind}. {rated}Calibrate with your own lifetimes: optuav "
+        "calibrate kibam."
     )
     yield from (f"# {line}" for line in textwrap.wrap(words, 98, break_on_hyphens=False))
 
@@ -232,10 +234,10 @@ class Drone(MissionSection):
     def assumptions(self) -> list[str]:
         """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
-            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {percent(REST_SHARE)} of the hover "
-            f"power at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and "
-            f"{self.assumed}. Places, buildings, link, air and laser ({self.laser_power_W:g} W) "
-            f"come from the mission {SCENE}: put yours in.",
+            f"Assumed: {figure(CELL_V)} V a cell, charging at 1 C, {percent(REST_SHARE)} of the "
+            f"hover power at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and "
+            f"{self.assumed}. Places, buildings, link, air and laser ({figure(self.laser_power_W)} "
+            f"W) come from the mission {SCENE}: put yours in.",
             width=78,
         )
 
@@ -342,7 +344,9 @@ class Datasheet(Drone):
     @property
     def assumed(self) -> str:
         """The growth of the power with the mass."""
-        loaded = f" ({self.load_factor:.4g} times with the payload)" if self.payload_kg else ""
+        loaded = (
+            f" ({figure(self.load_factor, 4)} times with the payload)" if self.payload_kg else ""
+        )
         return f"2.8 times the power for twice the mass{loaded}"
 
 
@@ -429,7 +433,7 @@ class RotorDatasheet(Drone):
         """The motion, and the coefficients of blades and lift."""
         climb, descent, gain = MOTION.values()
         return (
-            f"{gain:g} m/s² of acceleration, {climb:g} m/s up and {descent:g} m/s down, air of "
-            f"1.225 kg/m³, rotors with {percent(self.efficiency)} of the battery's power, and a "
-            "radio fed by the pack"
+            f"{figure(gain)} m/s² of acceleration, {figure(climb)} m/s up and {figure(descent)} "
+            f"m/s down, air of 1.225 kg/m³, rotors with {percent(self.efficiency)} of the "
+            "battery's power, and a radio fed by the pack"
         )

@@ -17,6 +17,7 @@ from optuav.laser.fits import Laser
 from optuav.mission.buildings import RESERVED_NAMES, Buildings, misnamed, misshapen
 from optuav.mission.forms import CHOICES, LISTS, SCHEMA, SECTIONS, SINGLE, TABLES, table_keys
 from optuav.mission.messages import nearest, range_in_words, shown, table
+from optuav.presentation.numbers import figure, short
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -241,7 +242,9 @@ def rules(document: Document) -> Iterator[Breach]:
     limits, battery = keys_of(document.get("limits")), keys_of(document.get("battery"))
     low, high = (limits.get(f"{end}_altitude_m", UNKNOWN) for end in ("min", "max"))
     if UNKNOWN not in (low, high) and low > high:
-        yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
+        yield Breach(
+            ("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {short(low)} [m]"
+        )
     schedule = battery.get("schedule", "pooled")
     if schedule == "alternating" and "period_s" not in battery:
         words = (
@@ -252,7 +255,7 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
     deadline_s, period_s = limits.get("deadline_s", UNKNOWN), battery.get("period_s", UNKNOWN)
     if UNKNOWN not in (deadline_s, period_s) and period_s < (least_s := deadline_s / MOST_TURNS):
-        words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {least_s:g} [s]"
+        words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {short(least_s)} [s]"
         yield Breach(("battery", "period_s"), f"{words}, as every turn is simulated")
     yield from _rules_of_start(keys_of(document.get("start")), battery)
     if isinstance(laser := document.get("laser"), dict):
@@ -317,7 +320,7 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
                 yield Breach(("devices", number, "share"), words)
         total = sum(share for share in known if share is not UNKNOWN)
         if len(known) == len(shares) and UNKNOWN not in known and abs(total - 1.0) > WHOLE_SHARE:
-            yield Breach(("devices",), f"shares that add up to 1; these give {total:.10g}")
+            yield Breach(("devices",), f"shares that add up to 1; these give {figure(total, 10)}")
 
 
 def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
@@ -338,7 +341,9 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
         size_As, rounding_As = (packs * capacity_As * x for x in (sizes[key], START_ROUNDING))
         value = start[key]
         if value is not UNKNOWN and not -rounding_As <= value <= size_As + rounding_As:
-            yield Breach(("start", key), f"a number, 0 <= x <= {size_As:.10g} [A s], the full well")
+            yield Breach(
+                ("start", key), f"a number, 0 <= x <= {figure(size_As, 10)} [A s], the full well"
+            )
 
 
 def _rules_of_model(

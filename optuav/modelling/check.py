@@ -14,7 +14,7 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
 from optuav.presentation.blocks import Block, Fold, Heading, Table
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import figure, typed
 from optuav.presentation.presented import Presented
 
 TOLERANCE = 1e-9
@@ -295,7 +295,7 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 def unusable(model: Model, values: Values) -> str:
     """Return where a programme has NaN: parameters, else labels of constraints."""
     wrong = (name for name in model.given if not np.isfinite(values[name]))
-    if parameters := [f"{name} = {values[name]:g}" for name in wrong]:
+    if parameters := [f"{name} = {typed(values[name])}" for name in wrong]:
         return ", ".join(parameters)
     anywhere = {**values, **{variable.name: 1.0 for variable in model.variables}}
 

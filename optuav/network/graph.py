@@ -20,6 +20,7 @@ from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, ORIGIN
 from optuav.network.routes import build_routes
+from optuav.presentation.numbers import figure
 
 if TYPE_CHECKING:
     import networkx
@@ -289,5 +290,5 @@ def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
             yield Fault(f"{_node(node)}.position_m", shown(position_m), words, SOURCE)
         power_W = float(data["received_power_W"]) if data["laser_sight"] else 0.0
         if power_W > max(most_W, known_W) * (1.0 + ROUNDED_POWER):
-            words = f"at most {most_W:g} W charge at battery.charge_current_A"
+            words = f"at most {figure(most_W)} W charge at battery.charge_current_A"
             yield Fault(f"{_node(node)}.received_power_W", shown(power_W), words, SOURCE)

@@ -25,8 +25,8 @@ from optuav.paper.curves import DATA, PAPERS, solve
 from optuav.paper.figures import Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
-from optuav.plots.style import minus
 from optuav.presentation.markup import element
+from optuav.presentation.numbers import minus
 from optuav.studies.compare_methods import Progress
 from optuav.studies.processes import WORKERS, run_tasks
 from optuav.studies.results import as_csv

@@ -20,7 +20,7 @@ from optuav.network.timeline import Phase, PhaseStage, carry, steps
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import Quantity
 from optuav.plan.data import JUDGES_TOLERANCE
-from optuav.presentation.numbers import percent, percent_apart
+from optuav.presentation.numbers import figure, percent, percent_apart, seconds, typed
 
 EMPTY = "cannot be flown: the battery is empty on the way"
 MORE = 0.005  # Share added to a reserve, as another plan has another share in its available well
@@ -140,13 +140,14 @@ def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
     if isfinite(time_s + charge_As):
         share = charge_As / float(mission.pool.capacity_As)
         yield (
-            f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
-            f"after its last one. The plan does not count that: {time_s:.1f} s and "
-            f"{percent(share)} of the battery in {plural(flights, 'flight')}."
+            f"Every flight climbs {figure(climb_m)} m before its first leg and descends "
+            f"{figure(climb_m)} m after its last one. The plan does not count that: "
+            f"{seconds(time_s, 1)} and {percent(share)} of the battery in "
+            f"{plural(flights, 'flight')}."
         )
     if climb_m < waypoints.LEAST_CLIMB_M:
         yield (
-            f"PX4 refuses a take-off to less than {waypoints.LEAST_CLIMB_M:g} m, unless its "
+            f"PX4 refuses a take-off to less than {figure(waypoints.LEAST_CLIMB_M)} m, unless its "
             "parameter NAV_ACC_RAD is below 10 m."
         )
 
@@ -184,17 +185,17 @@ def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[
     time_s, deadline_s = sum(phase.duration_s for phase in climbed), mission.limits.deadline_s
     if time_s > deadline_s * (1.0 + JUDGES_TOLERANCE):
         earlier_s = floor(2.0 * deadline_s - time_s)
-        yield f"WARNING: with its climbs, the plan takes {time_s:.1f} s; the deadline is " + (
-            f"{deadline_s:g} s. Unless that deadline already counts climbs, plan with "
+        yield f"WARNING: with its climbs, the plan takes {seconds(time_s, 1)}; the deadline is " + (
+            f"{figure(deadline_s)} s. Unless that deadline already counts climbs, plan with "
             f"--set limits.deadline_s={earlier_s}."
             if earlier_s > 0
-            else f"{deadline_s:g} s."
+            else f"{figure(deadline_s)} s."
         )
 
 
 def _reserve(share: float) -> str:
     """The option that states a reserve, rounded up to whole percent."""
-    return f"--set limits.min_soc={ceil(100.0 * share - 1e-9) / 100.0:g}"
+    return f"--set limits.min_soc={typed(ceil(100.0 * share - 1e-9) / 100.0)}"
 
 
 def taken_off_with(charge: FlightCharge) -> str:

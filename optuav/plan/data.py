@@ -18,6 +18,7 @@ from optuav.mission.messages import shown
 from optuav.network.places import ends_of
 from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
 from optuav.physics.kibam import time_to_empty, time_to_full
+from optuav.presentation.numbers import seconds
 from optuav.status import Status
 
 CANNOT = "this plan cannot be flown: "
@@ -220,9 +221,9 @@ class PlanData(Record):
         dry_s, full_s = self.limits_passed_s()
         if dry_s is not None:
             what = "no pack is left to fly on" if turns else "the available well runs dry"
-            sentences.append(f"{what} at {dry_s:.2f} s: this plan cannot be flown")
+            sentences.append(f"{what} at {seconds(dry_s)}: this plan cannot be flown")
         if full_s is not None:
-            what = f"charging drives the available well past full at {full_s:.2f} s"
+            what = f"charging drives the available well past full at {seconds(full_s)}"
             sentences.append(f"{what}: the battery would take less than the plan counts on")
         return tuple(sentences)
 

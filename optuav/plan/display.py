@@ -17,7 +17,7 @@ from optuav.network.timeline import carry, steps
 from optuav.physics.kibam import Wells
 from optuav.plan.data import PlanData
 from optuav.presentation.markup import element
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import figure, percent, seconds
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats
@@ -107,17 +107,17 @@ def picture(
     empty and past full are marked.
     """
     time_s, available_As, bound_As = thinned(course)
-    percent = 100.0 / float(full.total_As)
-    bound, total = percent * bound_As, percent * (bound_As + available_As)
-    excess = percent * np.maximum(available_As - float(full.available_As), 0.0)
+    scale = 100.0 / float(full.total_As)
+    bound, total = scale * bound_As, scale * (bound_As + available_As)
+    excess = scale * np.maximum(available_As - float(full.available_As), 0.0)
     end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDED_LEVEL
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
 
     def x(time_s: float) -> float:
         return LEFT + WIDTH * min(time_s, end_s) / end_s
 
-    def y(percent: float) -> float:
-        return ABOVE + HEIGHT * (high - percent) / (high - low)
+    def y(level: float) -> float:
+        return ABOVE + HEIGHT * (high - level) / (high - low)
 
     drawn = list[Element]()
 
@@ -143,7 +143,7 @@ def picture(
     right, bottom, line = LEFT + WIDTH, ABOVE + HEIGHT, {"stroke": "currentColor"}
     for level in (0.0, 50.0, 100.0):
         draw("line", x1=LEFT, x2=right, y1=y(level), y2=y(level), **line, opacity="0.4")
-        draw("text", f"{level:.0f} %", x=LEFT - 4, y=y(level) + 4, text_anchor="end")
+        draw("text", percent(level / 100.0), x=LEFT - 4, y=y(level) + 4, text_anchor="end")
     for kind, start_s, duration_s in phases:
         start, wide = x(start_s), x(start_s + duration_s) - x(start_s)
         draw("rect", x=start, y=ABOVE - 5.0, width=wide, height=4.0, fill=PHASES[kind])
@@ -167,7 +167,7 @@ def picture(
         draw("line", x1=at, x2=at, y1=ABOVE, y2=bottom, stroke=colour, stroke_width="2")
     if marked:
         below += ROW * (len(legend) > MOST_BESIDE)
-        said = ", ".join(f"{words} at {at_s:.1f} s" for at_s, _, words in marked)
+        said = ", ".join(f"{words} at {seconds(at_s, 1)}" for at_s, _, words in marked)
         draw("text", said, x=right, y=below, text_anchor="end")
     box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}

@@ -18,6 +18,7 @@ from optuav.mission.messages import error_words, path_of, several, shown
 from optuav.plan.data import RARE, PlanData
 from optuav.plan.summary import TABLE, blocks
 from optuav.presentation.blocks import Block
+from optuav.presentation.numbers import seconds
 from optuav.presentation.presented import Presented
 
 SCHEMA = 1
@@ -83,7 +84,7 @@ class Plan(Presented, PlanData):
 
     @for_console
     def __repr__(self) -> str:
-        hover = f", Δ = {self.hover_time_s:.2f} s" if self else ""
+        hover = f", Δ = {seconds(self.hover_time_s)}" if self else ""
         question = f"{self.problem}, perspective {self.perspective}"
         return f"<Plan for {self.mission.name!r}: {question}, {self.status.value}{hover}>"
 

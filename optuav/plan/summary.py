@@ -14,7 +14,7 @@ from optuav.mission.files import label
 from optuav.options import LONGEST_HOVER
 from optuav.plan.data import PlanData
 from optuav.presentation.blocks import Block, Cell, Facts, Fold, Heading, Picture, Table
-from optuav.presentation.numbers import all_digits, fixed, percent, with_unit
+from optuav.presentation.numbers import all_digits, fixed, percent, seconds, with_unit
 
 TABLE = "buildings_file"  # The key under which a plan names the table of its buildings
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
@@ -63,7 +63,7 @@ def verdict(plan: PlanData) -> str:
     if not plan:
         return f"No plan: {known}"
     flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
-    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
+    return f"Hover {seconds(plan.hover_time_s)} ({known}){flies}"
 
 
 def heading(plan: PlanData) -> list[Line]:
@@ -128,24 +128,24 @@ def times(plan: PlanData) -> list[tuple[str, str, str]]:
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
         lasting = [stop for stop in stops if stop.duration_s]
-        served = [f"{stop.duration_s:.2f} s at {stop.end_place}" for stop in lasting]
+        served = [f"{seconds(stop.duration_s)} at {stop.end_place}" for stop in lasting]
         if len(served) < 2:
             served = [
-                f"at {e.end_place}, from {e.start_s:.2f} s"
+                f"at {e.end_place}, from {seconds(e.start_s)}"
                 if e.duration_s
                 else f"passes by {e.end_place}"
                 for e in stops
             ]
         if stops or kind == "hover":
-            rows.append((kind.capitalize(), f"{time_s:.2f} s", ", ".join(served)))
+            rows.append((kind.capitalize(), seconds(time_s), ", ".join(served)))
     fastest_m_s = max(phase.peak_speed_m_s for phase in plan.phases)
     flown = f"{len(plan.route) - 1} legs, up to {_cell(fastest_m_s, 1)} m/s"
     if chosen := [_cell(speed_m_s, 2) for leg in plan.speeds_m_s for speed_m_s in leg]:
         flown = f"{len(plan.route) - 1} legs, at {', '.join(chosen)} m/s"
     left_s = plan.mission.limits.deadline_s - plan.mission_time_s
-    ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
+    ends = f"{seconds(abs(left_s))} {'before' if left_s > 0.0 else 'AFTER'} the deadline"
     ends = "exactly at the deadline" if abs(left_s) < 0.005 else ends
-    flight, mission = (f"{time_s:.2f} s" for time_s in (plan.flight_time_s, plan.mission_time_s))
+    flight, mission = (seconds(time_s) for time_s in (plan.flight_time_s, plan.mission_time_s))
     return [*rows, ("Flight", flight, flown), ("Mission", mission, ends)]
 
 

@@ -23,6 +23,7 @@ from optuav.plots.charge import draw_wells
 from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_labels
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, SKY, place
+from optuav.presentation.numbers import seconds
 
 FRAMES, FRAME_MS, HELD = 120, 100, 20  # Moments, for how long each, how often the last
 DOTS_PER_INCH = 100
@@ -104,7 +105,9 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             now.set_data([moment_s, moment_s], right.get_ylim())
             place = trace.end_place[at] if trace.kind[at] == "hover" else ""
             over = f" over {style.drawable(place)}" if place in served else ""
-            clock.set_text(style.titled(name, trace.kind[at] + over, f"$t$ = {moment_s:.0f} s"))
+            clock.set_text(
+                style.titled(name, trace.kind[at] + over, f"$t$ = {seconds(moment_s, 0)}")
+            )
             verdict.set_text(", ".join(past[:2]))
             canvas.restore_region(still)
             for artist in (trail, beam, craft, veil, now, clock, verdict):

@@ -14,6 +14,7 @@ from optuav.looks import PHASES
 from optuav.mission.messages import of_kind
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE
+from optuav.presentation.numbers import figure
 
 GROUPS = {**PHASES, "charge": style.PINK, "": BLUE}  # Colours of the groups of observations
 ROLES = {"fitted": BLUE, "repeat": style.SKY, "predicted": style.ORANGE}
@@ -212,7 +213,7 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
         values.set_xscale("log")
         steps = (1.0,) if high > DECADE**3 * low else (1.0, 2.0, 5.0)
         values.xaxis.set_major_locator(LogLocator(subs=steps))
-        values.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
+        values.xaxis.set_major_formatter(FuncFormatter(lambda value, _: figure(value, 10)))
         values.xaxis.set_minor_formatter(NullFormatter())
     else:
         values.set_xlim(style.margins(both, 0.08, 0.02 * max(abs(low), abs(high)) or 1.0))

@@ -18,7 +18,7 @@ from optuav.looks import LOOKS
 from optuav.mission.messages import several, unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import fixed, percent, watts
 
 COLOURS = {
     **{"battery": BLUE, "energy": ORANGE, "adjusted": SKY, "available": GREEN},
@@ -178,10 +178,10 @@ def bars(
         (bar,) = ax.bar(at, end, 0.92 * width, color=COLOURS[name])
         if flyable is False:
             bar.set(hatch=HATCH, edgecolor="white", linewidth=0.0)
-        words = f"{end:.{1 if abs(end) < LONG else 0}f}"
+        words = fixed(end, 1 if abs(end) < LONG else 0)
         if value is None:  # on two lines, as bars are narrow, and above the line of the level
             words, end = "no\nplan", max(floor, 0.0)
-        style.annotate_beside(ax, style.minus(words), (at, end), (0.0, 2.0 if end >= 0.0 else -2.0))
+        style.annotate_beside(ax, words, (at, end), (0.0, 2.0 if end >= 0.0 else -2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(groups)), [PRINTED.get(group, group) for group in groups])
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
@@ -331,7 +331,7 @@ def waterfall(
         ax.bar(at, top_W - power_W, 0.8, power_W, **lost)
         ax.plot([at - 1.4 if at else at - 0.4, at + 0.4], [top_W] * 2, color=DARK, linewidth=0.5)
         loss = f"\n−{percent(1.0 - share)}" if at and share < 0.9995 else ""
-        style.annotate_beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
+        style.annotate_beside(ax, f"{watts(power_W)}{loss}", (at, top_W), (0.0, 2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(stations)), [fill(words, WORDS_WIDTH) for words, *_ in stations])
     ax.tick_params(axis="x", length=0.0)

@@ -20,6 +20,7 @@ from matplotlib.transforms import Bbox
 from optuav.arrays import Floats
 from optuav.plots import style
 from optuav.plots.style import BLACK, GREY, Look
+from optuav.presentation.numbers import figure, significant
 
 COLOURS = "viridis"  # Brightness keeps its order for colour-blind readers
 MOST_CONTOURS = 8
@@ -124,7 +125,7 @@ def _surrounded(x: Floats, y: Floats, line: Floats) -> float:
 
 def _named(level: float) -> str:
     """The name of a contour."""
-    return style.minus(f"{level:.10g}")
+    return figure(level, 10)
 
 
 def _keep(names: Iterable[Text], ways: Mapping[str, Floats], frame: Bbox) -> None:
@@ -154,7 +155,7 @@ def contour_levels(values: Floats) -> list[float]:
         return []
     low, high = float(known.min()), float(known.max())
     steps = MaxNLocator(MOST_CONTOURS, steps=[1, 2, 5, 10]).tick_values(low, high)
-    return [level for step in steps if low < (level := float(f"{step:.10g}")) < high]
+    return [level for step in steps if low < (level := significant(step, 10)) < high]
 
 
 def _edges(middles: Floats) -> Floats:

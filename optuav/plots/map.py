@@ -31,6 +31,7 @@ from optuav.plan import Plan, Stop, load_plan, load_subject
 from optuav.plan.data import Waypoints
 from optuav.plots import signs, style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE, PINK, SKY, Look
+from optuav.presentation.numbers import seconds
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",
@@ -215,8 +216,10 @@ def trajectories(
             places = plan.route, shown.positions(plan.route), plan.waypoints_m
             ways.append(Way.bent(*places, plan.stops, look))
             rests = [style.drawable(str(stop.at)) for stop in plan.stops if stop.kind == "rest"]
-            label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
-            label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
+            label += (
+                f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {seconds(plan.hover_time_s, 1)}"
+            )
+            label += f", $T'$ = {seconds(plan.rest_time_s, 1)}" if rests else ""
         else:
             label += f": no plan ({plan.status.value})"
         entries.append(Line2D([], [], label=label, **look))
@@ -278,12 +281,14 @@ def _draw(
 
 def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
     """Entries of the legend for the route of a plan and its stays."""
-    flown = f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s"
+    flown = f"route, $T_\\mathrm{{fl}}$ = {seconds(plan.flight_time_s, 1)}"
     yield Line2D([], [], label=flown, **look)
     kinds = (("hover", "Δ", plan.hover_time_s), ("rest", "$T'$", plan.rest_time_s))
     for kind, symbol, total_s in kinds:
         if any(stop.kind == kind for stop in plan.stops):
-            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **signs.look(kind))
+            yield Line2D(
+                [], [], label=f"{kind}, {symbol} = {seconds(total_s, 1)}", **signs.look(kind)
+            )
 
 
 def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style.Label]:
@@ -319,7 +324,8 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
 def _stays(stops: Sequence[Stop], name: str) -> Iterator[str]:
     """Words for the stops at a place, for its label."""
     for stop in (candidate for candidate in stops if candidate.at == name):
-        stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
+        assert stop.start_s is not None
+        stay = f"{stop.kind} {seconds(stop.duration_s, 1)}\nfrom {seconds(stop.start_s, 1)}"
         yield stay if stop.duration_s > 0.0 else "passes by"
 
 

@@ -32,6 +32,7 @@ from optuav.judge import Replay
 from optuav.judge.flight_plan import FlightPlan, kind_of
 from optuav.looks import LOOKS, PHASES, SERIES
 from optuav.presentation import markup
+from optuav.presentation.numbers import minus
 
 BLACK = "black"
 BLUE, GREEN, ORANGE = PHASES.values()
@@ -133,7 +134,7 @@ class Figures(dict[str, Figure]):
 
 def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
     """Return figures as HTML, with their titles or names for readers who do not see them."""
-    look = f"display: block; width: 100%; max-width: {PIXELS_PER_INCH * WIDTH_IN:g}px"
+    look = f"display: block; width: 100%; max-width: {round(PIXELS_PER_INCH * WIDTH_IN)}px"
     images = []
     for name, figure in figures:
         titles = ((ax.get_title(loc="left").strip(), ax.get_ylabel()) for ax in figure.axes)
@@ -219,11 +220,6 @@ def thin_ticks(ax: Axes) -> None:
         if not any(one.overlaps(other) for one, other in itertools.pairwise(boxes)):
             return
         ax.xaxis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]))
-
-
-def minus(text: str) -> str:
-    """A number with a minus sign in place of a hyphen."""
-    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def margins(

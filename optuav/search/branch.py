@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Floats
+from optuav.presentation.numbers import figure
 from optuav.search.bounds import possible
 from optuav.search.plans import Stops, feasible, longest, with_short_rests
 from optuav.search.sequence_bounds import bounded
@@ -248,7 +249,7 @@ class _BranchAndBound:
         if self.progress is not None:
             self.progress(max(self.longest_s, 0.0), self.examined, sum(map(len, self.open)))
         if time.monotonic() - self.started_s > self.time_limit_s:
-            raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
+            raise _EarlyEnd(f"ended after {figure(self.time_limit_s)} s")
 
     def _bound_s(self) -> float:
         """Hover time that no plan exceeds [s]: the largest bound of a sequence with open boxes."""

@@ -20,8 +20,8 @@ from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.options import Perspective
-from optuav.presentation.numbers import percent
-from optuav.service.calm_air import in_calm_air, with_words
+from optuav.presentation.numbers import amperes, figure, percent, typed, watts
+from optuav.service.calm_air import hover_words, in_calm_air, with_words
 from optuav.service.declared import CycleComparison, compared, program_of
 from optuav.service.endless import NEVER_LANDS, EndlessCycle, cycle_figures
 from optuav.service.event import Event, Progress, event_of
@@ -36,7 +36,7 @@ PERSPECTIVES = ("available", "battery")
 DURATION = Range("s", gt=0, le=1e7)
 POWER = Range("W", gt=0, le=1e9)
 STEP = Range("m", ge=-1000, le=1000)
-DRONES_IN_CALM = "{} drones"
+DRONES_IN_CALM = "{} drones".format
 
 
 class CoverageOptions(TypedDict):
@@ -176,9 +176,7 @@ class Coverage(EndlessCycle):
         '3277.31 s of 3305.80 s'
         """
         day = horizon_of(self, hours)
-        hover_s, words = self._in_calm_air(
-            lambda calm: calm.horizon(hours).hover_s, "{:.2f} s of hover"
-        )
+        hover_s, words = self._in_calm_air(lambda calm: calm.horizon(hours).hover_s, hover_words)
         return replace(day, calm_hover_s=hover_s, in_calm_air=words)
 
     def event(
@@ -286,17 +284,17 @@ class Coverage(EndlessCycle):
         currents = _net_currents(network, lit=False, pad_power_W=math.inf)
         visits = _visits(network, *currents, self.perspective, None, math.inf)
         pads = pad_power(self.mission, [*visits], drones, share, overlap_s)
-        _, words = self._in_calm_air(lambda calm: calm.watts(drones, share, overlap_s), "{}")
+        _, words = self._in_calm_air(lambda calm: calm.watts(drones, share, overlap_s), str)
         return pads._replace(in_calm_air=words)
 
     def _in_calm_air(
-        self, ask: Callable[[Coverage], Figure], words: str
+        self, ask: Callable[[Coverage], Figure], words: Callable[..., str]
     ) -> tuple[Figure | None, str | None]:
         """A figure in calm air, if this cycle counts on the wind, and the same in words."""
         if not isinstance(self.calm, Coverage):
             return None, self.calm
         try:
-            return with_words(ask(self.calm), words.format)
+            return with_words(ask(self.calm), words)
         except (InputError, NoPlanError) as error:
             return None, str(error)
 
@@ -407,14 +405,15 @@ def _moved(mission: Mission, step_m: Sequence[float]) -> Mission:
     height_m = point_m[2] + step_m[2]
     if height_m > limits.max_altitude_m:
         words = (
-            f"it is at {height_m:g} m, above limits.max_altitude_m = {limits.max_altitude_m:g} m"
+            f"it is at {figure(height_m)} m, above limits.max_altitude_m = "
+            f"{figure(limits.max_altitude_m)} m"
         )
         raise NoPlanError(words)
     if mission.route.hover_m is None and step_m[2] > 0.0 and not any(step_m[:2]):
         lifted = mission.replace({"limits.min_altitude_m": height_m})
         higher_m = [*map(float, vehicle.hover_point_m(lifted))]
         if not np.isfinite(higher_m).all():
-            raise NoPlanError(f"the link of the device does not reach {height_m:g} m")
+            raise NoPlanError(f"the link of the device does not reach {figure(height_m)} m")
         return mission.replace({"route.hover_m": higher_m})
     moved_m = [at + by for at, by in zip(point_m, step_m, strict=True)]
     return mission.replace({"route.hover_m": moved_m})
@@ -475,17 +474,17 @@ def _uncharged(mission: Mission, net_A: float, pad_power_W: float | None) -> Fau
     battery, drawn_A = mission.battery, float(mission.flight_model.rest().current_A)
     given_A, other = net_A + drawn_A, "state a pad (pad_power_W) or an exchange (swap_s)"
     if given_A >= battery.charge_current_A:
-        words = f"must exceed the {drawn_A:.4g} A that a resting drone draws"
-        return Fault("battery.charge_current_A", f"{battery.charge_current_A:g}", words)
+        words = f"must exceed the {amperes(drawn_A)} that a resting drone draws"
+        return Fault("battery.charge_current_A", typed(battery.charge_current_A), words)
     if pad_power_W is not None:
         drawn_W = drawn_A * battery.nominal_voltage_V
-        words = f"must exceed the {drawn_W:.4g} W that a resting drone draws"
+        words = f"must exceed the {watts(drawn_W)} that a resting drone draws"
         return Fault("pad_power_W", shown(pad_power_W), words)
     if mission.laser is None:
         return Fault("laser", "", f"nothing charges a resting drone: {other}")
-    words = f"gives {given_A:.4g} A to a resting drone, which draws {drawn_A:.4g} A"
+    words = f"gives {amperes(given_A)} to a resting drone, which draws {amperes(drawn_A)}"
     words += f": the laser must be stronger or see a roof, or {other}"
-    return Fault("laser.power_W", f"{mission.laser.power_W:g}", words)
+    return Fault("laser.power_W", typed(mission.laser.power_W), words)
 
 
 def _best(visits: list[Visit]) -> tuple[Visit, float, float]:

@@ -19,6 +19,7 @@ from optuav.physics.roots import bisect_largest
 from optuav.plan.climbs import vertical_times_s
 from optuav.plan.export import CLIMB_M
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import figure, fixed, seconds
 from optuav.service.event_roster import (
     AT_ONE_POINT,
     EventHover,
@@ -97,20 +98,20 @@ class Failure(Result):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the gap, who can cover it, and the new roster."""
-        lost = f"Without drone {self.drone} from {self.at_s:g} s on"
+        lost = f"Without drone {self.drone} from {figure(self.at_s)} s on"
         yield Heading(f"{lost}: {printable(self.mission.name)}")
         gap = "none"
         if self.gap_from_s is not None:
-            gap = f"{self.gap_s:.2f} s, from {self.gap_from_s:.2f} s on"
+            gap = f"{seconds(self.gap_s)}, from {seconds(self.gap_from_s)} on"
         if len(self.gaps_s) > 1:
-            gaps = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in self.gaps_s)
-            gap = f"{self.gap_s:.2f} s in {len(self.gaps_s)} gaps, {gaps}"
+            gaps = ", ".join(f"{fixed(begin)} to {seconds(end)}" for begin, end in self.gaps_s)
+            gap = f"{seconds(self.gap_s)} in {len(self.gaps_s)} gaps, {gaps}"
         words = [] if self.reason is None else [self.reason]
         if self.roster is not None:
             words[:0] = [f"{plural(len(self.rows), 'drone')}, {self.roster.gap}"]
         yield Facts([("Gap", f"{gap}, if nothing changes"), ("New roster", "; ".join(words))])
         cells = [
-            [str(row["drone"]), row["state"], f"{row['ready_s']:.2f}", f"{row['hover_s']:.2f}"]
+            [str(row["drone"]), row["state"], fixed(row["ready_s"]), fixed(row["hover_s"])]
             for row in self.rows
         ]
         yield Table(["drone", "state", "on station from [s]", "can hover [s]"], cells)

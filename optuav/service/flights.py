@@ -33,7 +33,7 @@ from optuav.plan.export import (
     flight_files,
     with_heights_told,
 )
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, seconds
 from optuav.service.event_roster import AT_ONE_POINT, EventRoster, later, visits_of
 from optuav.studies.results import as_csv
 
@@ -166,8 +166,8 @@ def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
     counted_s, flown_s = (vertical_times_s(event.mission, high)[0] for high in (CLIMB_M, climb_m))
     if flown_s > counted_s:
         yield (
-            f"WARNING: the roster counts on climbs of {CLIMB_M:g} m: with {climb_m:g} m, a drone "
-            f"that is sent for the failed one is {flown_s - counted_s:.1f} s late."
+            f"WARNING: the roster counts on climbs of {figure(CLIMB_M)} m: with {figure(climb_m)} "
+            f"m, a drone that is sent for the failed one is {seconds(flown_s - counted_s, 1)} late."
         )
 
 

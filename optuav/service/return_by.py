@@ -20,7 +20,7 @@ from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step, tilted_after
 from optuav.physics.roots import bisect_largest
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import fixed
+from optuav.presentation.numbers import amperes, fixed, seconds
 from optuav.service.calm_air import calm_facts, in_calm_air, with_words
 from optuav.service.flyable import flyable_network, schedule_faults
 from optuav.studies.results import Pictures, Result
@@ -104,10 +104,10 @@ class ReturnTimes(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the wells on arrival, the moments by place, and the rule."""
         yield Heading(f"When to leave the hover point: {printable(self.mission.name)}")
-        drawn = f"draws {self.hover_current_A:.4g} A from the battery"
-        drawn += f"; the laser gives {self.received_current_A:.4g} A"
-        wells = f"{self.available_As:z.1f} A s in the available well (y1), "
-        wells += f"{self.bound_As:z.1f} A s in the bound one (y2)"
+        drawn = f"draws {amperes(self.hover_current_A)} from the battery"
+        drawn += f"; the laser gives {amperes(self.received_current_A)}"
+        wells = f"{fixed(self.available_As, 1)} A s in the available well (y1), "
+        wells += f"{fixed(self.bound_As, 1)} A s in the bound one (y2)"
         facts = [("On arrival", wells), ("Hovering", drawn)]
         yield Facts([*facts, *calm_facts(self.in_calm_air)])
         first, *others = self.rows
@@ -124,7 +124,7 @@ class ReturnTimes(Result):
         ]
         for row in shown:
             if row["earliest_s"]:
-                early = f"not before {row['earliest_s']:.3f} s: the available well would run dry"
+                early = f"not before {seconds(row['earliest_s'])}: the available well would run dry"
                 rule.append(f"{printable(row['place'])}: {early} on the way; no monitor says that")
         yield Note(rule)
 
@@ -167,10 +167,10 @@ def _cells(row: ReturnTime) -> list[str]:
     """A row as it is shown."""
     return [
         printable(row["place"]),
-        f"{row['flight_s']:.2f}",
-        *(fixed(moment_s, 3, otherwise="too late") for moment_s in (row["dry_s"], row["soc_s"])),
+        fixed(row["flight_s"]),
+        *(fixed(moment_s, otherwise="too late") for moment_s in (row["dry_s"], row["soc_s"])),
         *(fixed(weight, 6, otherwise="–") for weight in (row["a"], row["b"])),
-        fixed(row["g_As"], 2, otherwise="–"),
+        fixed(row["g_As"], otherwise="–"),
     ]
 
 
@@ -241,7 +241,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
     calm = in_calm_air(loaded, lambda mission: return_by(mission).latest_s or TOO_LATE)
-    calm_latest_s, words = with_words(calm, "{:.3f} s at most".format)
+    calm_latest_s, words = with_words(calm, lambda latest_s: f"{seconds(latest_s)} at most")
     return ReturnTimes(
         mission=loaded,
         rows=tuple(rows),

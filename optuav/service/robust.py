@@ -23,9 +23,9 @@ from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.presentation.numbers import figure, fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
-from optuav.service.calm_air import calm_facts, in_calm_air, with_words
+from optuav.service.calm_air import calm_facts, hover_words, in_calm_air, with_words
 from optuav.service.flyable import flyable_network
 from optuav.service.robust_search import KEPT, RobustTimes, Search
 from optuav.solving import solve
@@ -116,7 +116,7 @@ class RobustPlan(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the plan, where it holds, and the gain of every number."""
         yield Heading(f"Robust plan: {printable(self.mission.name)}")
-        nominal = f"{self.nominal_hover_s:.3f} s with certain numbers"
+        nominal = f"{seconds(self.nominal_hover_s)} with certain numbers"
         part = (
             ""
             if self.chance is None
@@ -125,8 +125,8 @@ class RobustPlan(Result):
         held = f"{percent(self.flyable)} of {self.samples} samples of the box"
         facts = [
             ("Route", " → ".join(map(printable, self.route))),
-            ("Hover", f"{self.hover_s:.3f} s, rest {self.rest_s:.3f} s"),
-            ("Price", f"{self.price_s:.3f} s of hover: {nominal}"),
+            ("Hover", f"{seconds(self.hover_s)}, rest {seconds(self.rest_s)}"),
+            ("Price", f"{seconds(self.price_s)} of hover: {nominal}"),
             ("Holds", f"at {2 * self.corners} corners{part}, and in {held}"),
         ]
         if self.chance is None and self.flyable < 1.0:
@@ -142,7 +142,7 @@ class RobustPlan(Result):
         sure = f"with a confidence of {percent(self.confidence)}"
         yield Facts([*facts, ("Risk", f"at most {percent(self.risk_bound)} of the box, {sure}")])
         rows = [
-            [row["number"], figure(row["low"]), figure(row["high"]), fixed(row["gain_s"], 3)]
+            [row["number"], figure(row["low"]), figure(row["high"]), fixed(row["gain_s"])]
             for row in self.rows
         ]
         heads = ["if this were certain", "low", "high", "hover gained [s]"]
@@ -264,7 +264,7 @@ def robust(
         options |= {"confidence": confidence, "samples": samples, "seed": seed}
         calm = in_calm_air(loaded, lambda calm: robust(calm, uncertainty, problem, **options))
         hover_s = calm.hover_s if isinstance(calm, RobustPlan) else calm
-        calm_hover_s, in_words = with_words(hover_s, "{:.2f} s of hover".format)
+        calm_hover_s, in_words = with_words(hover_s, hover_words)
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=not box.outside)
@@ -311,7 +311,7 @@ def _option_faults(
         fault = Fault("samples", shown(samples), words)
         if not SAMPLES.accepts(math.ceil(least)):
             most = math.exp(math.log1p(-confidence) / MOST_SAMPLES)
-            words = f"at most {math.floor(1e7 * most) / 1e7:.7f} at {sure}, for which"
+            words = f"at most {fixed(math.floor(1e7 * most) / 1e7, 7)} at {sure}, for which"
             words += f" {MOST_SAMPLES} samples are enough"
             fault = Fault("chance", shown(chance), words)
         yield fault

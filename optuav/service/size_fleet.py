@@ -19,6 +19,7 @@ from optuav.mission.files import label, read_toml
 from optuav.mission.load import load_one_device
 from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
+from optuav.presentation.numbers import figure
 from optuav.service.calm_air import calm_facts, in_calm_air
 from optuav.service.cycle import DURATION, Coverage, coverage
 from optuav.service.event import HOURS
@@ -113,8 +114,8 @@ class FleetSizes(Result):
         """Yield the counts by technology, and why some have none."""
         words = covering(self.share, self.overlap_s)
         if self.hours is not None:
-            overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
-            words = f"for an event of {self.hours:g} h{overlap}"
+            overlap = f", {figure(self.overlap_s)} s of overlap" * (self.overlap_s > 0.0)
+            words = f"for an event of {figure(self.hours)} h{overlap}"
         yield Heading(f"Fleets {words}: {printable(self.mission.name)}")
         if calm := [*calm_facts(self.in_calm_air)]:
             yield Facts(calm)
@@ -123,7 +124,7 @@ class FleetSizes(Result):
             counts = row["drones"], row["beams"], row["pads"], row["bays"], row["chargers"]
             figures: list[float | None] = [*counts, row["battery_sets"]]
             figures += [row["cost"]] if self.prices is not None else []
-            rows.append([row["technology"], *("–" if n is None else f"{n:.8g}" for n in figures)])
+            rows.append([row["technology"], *("–" if n is None else figure(n, 8) for n in figures)])
         names = [*COUNTS, *(["cost"] if self.prices is not None else [])]
         heads = ["technology", *(name.replace("_", " ") for name in names)]
         yield Table(heads, rows, below=[WORDS])
@@ -142,7 +143,9 @@ class FleetSizes(Result):
         unit = "drones" if self.prices is None else "cost [currency of the prices]"
         if self.hours is not None:
             values: list[tuple[str, Any]] = [(row["technology"], row[what]) for row in self.rows]
-            title = titled(self.mission.name, f"{what} of fleets for an event of {self.hours:g} h")
+            title = titled(
+                self.mission.name, f"{what} of fleets for an event of {figure(self.hours)} h"
+            )
             shown = [Bar(name.replace(", ", ",\n"), "", value) for name, value in values]
             yield "sizes.png", bars(shown, title=title, y_label=unit)
             return
@@ -154,7 +157,7 @@ class FleetSizes(Result):
 
         shares = np.linspace(0.0, max(self.share, 1.0), SHARES + 1)[1:].tolist()
         lines = list[Line]()
-        overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
+        overlap = f", {figure(self.overlap_s)} s of overlap" * (self.overlap_s > 0.0)
         for name, cycle in self.cycles.items():
             rows = {part: _row(name, cycle, part, self.overlap_s, self.prices) for part in shares}
             known: dict[float, Any] = {x: row[what] for x, row in rows.items()}

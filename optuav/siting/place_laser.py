@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
 from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Facts
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import coordinates, figure, fixed, percent, seconds
 from optuav.presentation.presented import Presented
 from optuav.siting import files
 from optuav.siting.candidates import STEP, candidates_of, points_of
@@ -211,32 +212,36 @@ class Siting(Presented):
             served = int((lasers == laser).sum()) or "nobody: the lasers that moved serve all"
             where = f"{_point(self.candidates_m[site])}, serves {served}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
-            where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
+            where += f", moved {fixed(far_m, 0)} m to {_point(at_m)}" if far_m else ""
             lines.append((printable(self._name(site)), where))
         if len(best.sites) < self.lasers:
             words = "no other candidate adds anything"
             if len(best.sites) == len(self.candidates_m):
                 words = "there are no more candidates"
             lines.append(("Left out", f"{self.lasers - len(best.sites)} of {self.lasers}: {words}"))
-        unit, digits, enough = " s", 2, ""
-        if best.objective == "covered":
-            unit, digits, enough = "", 0, f" of {count} hover {self.at_least_s:g} s or longer"
+        written: Callable[[float], str] = seconds
+        enough = ""
+        if self.at_least_s is not None:
+            written, enough = (
+                partial(fixed, decimals=0),
+                f" of {count} hover {figure(self.at_least_s)} s or longer",
+            )
         proof = f"gap {percent(self.gap)}" if self.gap else "no selection is better"
         alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
         each = (
             f"site{'s' * (len(best.greedy_sites) > 1)} {first_ten([*map(str, best.greedy_sites)])}"
         )
-        greedy = f"{best.greedy_value:.{digits}f}{unit} on {each}"
+        greedy = f"{written(best.greedy_value)} on {each}"
         lines += [
-            (HEADS[best.objective], f"{best.value:.{digits}f}{unit}{enough}"),
-            ("Bound", f"{best.bound:.{digits}f}{unit}, {proof}"),
+            (HEADS[best.objective], f"{written(best.value)}{enough}"),
+            ("Bound", f"{written(best.bound)}, {proof}"),
             ("Greedy", greedy if best.greedy_sites else "no site adds anything"),
         ]
         if alike:
             where = ", ".join(f"{n} in place of site {site}" for n, site in alike)
             lines.append(("Alike", f"other candidates that are as good: {where}{self._why()}"))
         if self.value > best.value:
-            words = f"{self.value:.{digits}f}{unit} at the places moved to, no bound"
+            words = f"{written(self.value)} at the places moved to, no bound"
             lines.append(("Refined", words))
         if never := int(np.isnan(self.candidate_hover_s).all(axis=1).sum()):
             how = WITHOUT_PLAN[best.objective]
@@ -423,4 +428,4 @@ def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:
 
 def _point(at_m: Floats) -> str:
     """A point as text."""
-    return f"({', '.join(f'{round(component, 1):.8g}' for component in at_m)}) m"
+    return f"{coordinates(np.round(at_m, 1), 8)} m"

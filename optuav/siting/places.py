@@ -14,6 +14,7 @@ from optuav.network.network import build_network
 from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure
 from optuav.solving.best_plans import best_plans, takes_arrays
 from optuav.solving.device_routes import with_routes
 from optuav.solving.promising_buildings import (
@@ -155,7 +156,7 @@ def refined(
             points_m = points_m[far_m <= reach_m[laser]]
             if not len(points_m):
                 continue
-            found_s = times.at(points_m, f"laser {laser + 1}, steps of {step_m:.3g} m")
+            found_s = times.at(points_m, f"laser {laser + 1}, steps of {figure(step_m, 3)} m")
             gain_s = np.nan_to_num(found_s) - np.nan_to_num(hover_s[:, [laser]])
             if len(points_m) == len(AROUND) and (np.abs(gain_s) <= SAME_S).all():
                 left.remove(laser)

@@ -27,6 +27,7 @@ from optuav.network.variants import as_variants
 from optuav.options import Order
 from optuav.physics.quantity import Quantity
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.solving.assemble import map_arrays, quantities, route_quantities, table_entries
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import best_plan, declared_program
@@ -70,8 +71,8 @@ def best_along_edges(question: Question, network: Network) -> EdgeAnswer:
     among_all_s = float(solution.objective[0])
     if not plan or abs(plan.hover_time_s - among_all_s) > AGREES_S:
         raise SolverError(
-            f"{solution.engine} returned {among_all_s:.9g} s along all edges, "
-            f"but {plan.hover_time_s:.9g} s is best in the order that it chose"
+            f"{solution.engine} returned {figure(among_all_s, 9)} s along all edges, "
+            f"but {figure(plan.hover_time_s, 9)} s is best in the order that it chose"
         )
     known = {"engine": solution.engine, "proof": solution.proof}
     return EdgeAnswer(plan.model_copy(update=known), graph, model)

@@ -38,6 +38,7 @@ from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Stage, gentlest
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
+from optuav.presentation.numbers import coordinates, seconds
 from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import hover_bounds_s, hover_times_s
 from optuav.solving.maximise import AROUND, Lengths, Point, all_around, maximise
@@ -398,11 +399,11 @@ def _gain(plan: Plan, own: Plan) -> str:
     name = "w_U" if own.mission.route.hover_m is None else "route.hover_m"
     if plan is own:
         return f"hover point free: none was found that is better than {name}"
-    point = "w_U" if hover_m is None else "({:.3f}, {:.3f}, {:.3f}) m".format(*hover_m)
+    point = "w_U" if hover_m is None else f"{coordinates(hover_m, 7)} m"
     if not own:
         return f"hover point free: {point}; at {name} no plan exists"
     more_s = round(plan.hover_time_s - own.hover_time_s, 4)
-    gain = f"{more_s:.4f} s more than" if more_s > 0.0 else "no longer hover than"
+    gain = f"{seconds(more_s, 4)} more than" if more_s > 0.0 else "no longer hover than"
     return f"hover point free: {point} gives {gain} {name}"
 
 

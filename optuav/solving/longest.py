@@ -23,6 +23,7 @@ from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.options import KEEP_SOC, KeepSoc
 from optuav.physics.kibam import Battery, Stage, falls_throughout
 from optuav.physics.quantity import Quantity
+from optuav.presentation.numbers import typed
 from optuav.solving.assemble import subset
 from optuav.status import SAME_S
 
@@ -153,7 +154,7 @@ def longest_hovers(
         ends = (float(figure.min()), float(figure.max())) if figure.size else ()
         if not all(map(allowed.accepts, ends)):
             first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
-            faults.append(Fault(name, f"{first:g}", allowed.words))
+            faults.append(Fault(name, typed(first), allowed.words))
         if not figure.ndim:
             return float(figure)
         shapes.setdefault(figure.shape, name)

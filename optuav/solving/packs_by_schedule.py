@@ -24,6 +24,7 @@ from optuav.network.timeline import pack_loads, route_phases, starting_packs
 from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.solving.no_plan import plan_without, proof_of_none
 from optuav.solving.question import Question, not_with
 from optuav.solving.route_models import RouteModel
@@ -38,7 +39,8 @@ SLACK = 1e-9  # share of a step, and of the capacity, that rounding may take
 
 IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
 CONTINUOUS = (
-    f"simulation on a grid of {STEP_S:g} s, refined to {FINER[-1]:g} s around the best, not proved"
+    f"simulation on a grid of {figure(STEP_S)} s, refined to {figure(FINER[-1])} s around the "
+    "best, not proved"
 )
 
 
@@ -65,19 +67,21 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Rout
         searched += not clock.ended
     if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
         raise SolverError(
-            f"the search by battery.schedule = {schedule!r} found neither a plan nor proof "
-            f"that none exists, Δ and T' in steps of {step_s:g} s; with slot_s it is exhaustive"
+            f"the search by battery.schedule = {schedule!r} found neither a plan nor proof that "
+            f"none exists, Δ and T' in steps of {figure(step_s)} s; with slot_s it is exhaustive"
         )
     if not found and clock.ended:
         fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without "
             f"a plan or proof that none exists: {searched} of {len(routes)} routes were searched "
-            f"to the end, Δ and T' in steps of {step_s:g} s. Allow more time (time_limit_s), or "
-            f"ask for less: longer slots (slot_s){fewer}"
+            f"to the end, Δ and T' in steps of {figure(step_s)} s. Allow more time (time_limit_s), "
+            f"or ask for less: longer slots (slot_s){fewer}"
         )
     if not found:
-        why = f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end"
+        why = (
+            f"no pair of Δ and T' in steps of {figure(step_s)} s leaves a pack to fly on to the end"
+        )
         return plan_without(question, network, Status.INFEASIBLE, proof, (why,))
     if not slot_s:
         found = [pairs[2].refined(*pairs[:2]) for pairs in found if pairs[0] >= least_s]
@@ -122,7 +126,7 @@ class _Clock:
     def is_late(self) -> bool:
         """Return whether the time limit has passed, and record it in `ended`."""
         if time.monotonic() > self.latest:
-            self.ended = f"ended after {self.limit_s:g} s"
+            self.ended = f"ended after {figure(self.limit_s)} s"
         return bool(self.ended)
 
 

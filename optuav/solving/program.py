@@ -32,7 +32,7 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
-from optuav.presentation.numbers import all_digits
+from optuav.presentation.numbers import all_digits, figure
 from optuav.solving.balance import TIMES
 from optuav.solving.files import writer
 from optuav.solving.longest_hover import longest_hover
@@ -429,7 +429,7 @@ class Program:
         notes = list(plan.notes)
         if (open_ := max(beyond, default=best) - best) > solution.ties[entry]:
             unit = plan.objective_unit.removeprefix("1")
-            more = f"{open_:.6g} {unit}".rstrip()
+            more = f"{figure(open_)} {unit}".rstrip()
             notes.append(f"not proved: up to {more} more has not been ruled out")
             known = {"status": Status.FEASIBLE, "proof": BOUNDED, "bound": best + open_}
             plan = plan.model_copy(update=known)

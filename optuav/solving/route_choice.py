@@ -34,6 +34,7 @@ from optuav.network.one_stop import one_stop_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.numbers import figure, seconds
 from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
 from optuav.solving.edge_choice import AGREES_S, best_along_edges
@@ -103,11 +104,13 @@ class RouteChoice(Presented):
         if not self.plan:
             yield from self.plan.blocks()
             return
-        gap_s = round(self.gap_s or 0.0, 3) + 0.0  # no −0 for what rounding leaves
+        assert self.relaxation_s is not None
+        assert self.gap_s is not None
+        relaxed = f"{seconds(self.relaxation_s, 3)} ({self.form}), gap {seconds(self.gap_s, 3)}"
         facts = [
             ("Route", " → ".join(self.plan.route)),
-            ("Hover", f"{self.plan.hover_time_s:.3f} s"),
-            ("Relaxed", f"{self.relaxation_s:.3f} s ({self.form}), gap {gap_s:.3f} s"),
+            ("Hover", seconds(self.plan.hover_time_s, 3)),
+            ("Relaxed", relaxed),
             ("Proof", self.plan.proof),
         ]
         yield Facts([*facts, *(("Note", note) for note in self.notes)])
@@ -222,8 +225,8 @@ def route_choice(
     hover_s, among_all_s = float(times.objective[0]), float(solution.objective[0])
     if abs(hover_s - among_all_s) > AGREES_S:
         raise SolverError(
-            f"{solution.engine} returned {among_all_s:.9g} s for all routes together, "
-            f"but {hover_s:.9g} s for the one that it chose"
+            f"{solution.engine} returned {figure(among_all_s, 9)} s for all routes together, "
+            f"but {figure(hover_s, 9)} s for the one that it chose"
         )
     relaxed = joined(routes, perspective, form, relaxed=True)
     relaxation = solve_model(relaxed, 1, replace(question, slot_s=None))
@@ -259,11 +262,13 @@ def _one_stop_words(network: Network, graph: Graph | None) -> tuple[str, ...]:
 
 
 def _tight_words(form: ChoiceForm, relaxation_s: float) -> str:
-    return f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
+    return (
+        f"the LP relaxation in the form {form} bounds the hover time by {seconds(relaxation_s, 3)}"
+    )
 
 
 def _left_words(gap_s: float) -> str:
-    return f"the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
+    return f"the LP relaxation leaves {figure(max(gap_s, 0.0), 3)} s"
 
 
 def _routes(program: Program) -> tuple[list[Route], list[RouteModel]]:

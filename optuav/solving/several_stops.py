@@ -25,6 +25,7 @@ from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.network.variants import as_variants
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.sequences import patterns, sequences
@@ -198,7 +199,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
     open_ = {"bound": found.bound_s} if status is Status.FEASIBLE else {}
     if found.ended:
-        left = f"a gap of {gap_s:.3g} s is left"
+        left = f"a gap of {figure(gap_s, 3)} s is left"
         notes.append(f"the search {found.ended}; not proved to be best, {left}")
     if one:
         known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}

@@ -18,6 +18,7 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
+from optuav.presentation.numbers import seconds
 from optuav.solving.device_routes import network_for
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
@@ -166,7 +167,9 @@ def _calm_words(calm: Mission, question: Question) -> str:
     except SolverError as error:
         return f"the plan in calm air is not known: {error}"
     return (
-        f"the plan in calm air hovers {plan.hover_time_s:.2f} s" if plan else "calm air allows none"
+        f"the plan in calm air hovers {seconds(plan.hover_time_s)}"
+        if plan
+        else "calm air allows none"
     )
 
 

@@ -20,6 +20,7 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import stay_net
 from optuav.network.variants import as_variants
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure
 from optuav.search.branch import TIE_S, SearchResult
 from optuav.search.dual_simplex import dual_simplex
 from optuav.search.plans import Stops
@@ -63,8 +64,8 @@ def longest_by_charge(
         some = some[bounds_s[some] >= longest_s - TIE_S]
         if not len(some):
             break
-        if time.monotonic() > latest:
-            bound_s, ended = float(bounds_s[some[0]]), f"ended after {time_limit_s:g} s"
+        if time_limit_s is not None and time.monotonic() > latest:
+            bound_s, ended = float(bounds_s[some[0]]), f"ended after {figure(time_limit_s)} s"
             break
         hover_s[some] = _longest_hovers(known, some, longest_s - 2.0 * TIE_S)
         longest_s = max(longest_s, float(hover_s[some].max()))

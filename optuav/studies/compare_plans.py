@@ -12,7 +12,7 @@ from optuav.options import SCHEDULES, Perspective, Schedule, Trajectory
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in
 from optuav.presentation.blocks import Block, Heading, Note, Table
-from optuav.presentation.numbers import fixed
+from optuav.presentation.numbers import figure, fixed, seconds
 from optuav.solving import solve
 from optuav.studies.compare_methods import Progress
 from optuav.studies.results import ComparedAnswer, Comparison, Pictures, longest_of
@@ -236,7 +236,7 @@ def _label(row: ComparedSetting) -> tuple[str, ...]:
     if "schedule" not in row:
         return row["perspective"], row["trajectory"]
     period_s = row["period_s"]
-    return (row["schedule"] + (f" {period_s:g} s" if period_s else ""),)
+    return (row["schedule"] + (f" {figure(period_s)} s" if period_s else ""),)
 
 
 def _flies(row: PlanAnswer, min_soc: float) -> str:
@@ -247,6 +247,6 @@ def _flies(row: PlanAnswer, min_soc: float) -> str:
     known = [(moment_s, word) for word, moment_s in moments.items() if moment_s is not None]
     if known:
         first_s, word = min(known)
-        return f"{word} {first_s:.0f} s"
+        return f"{word} {seconds(first_s, 0)}"
     soc = row["soc_battery"]
     return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"

@@ -66,7 +66,7 @@ class SpeedComparison(Comparison):
         yield Note([longest_of([(row["method"].replace(", ", " by "), row) for row in self.rows])])
         rows = list[list[str]]()
         for row in self.rows:
-            speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"
+            speeds = ", ".join(fixed(speed_m_s) for speed_m_s in row["speeds_m_s"]) or "–"
             gain = fixed(row["brings_s"], 3, otherwise="–", sign="+")
             rows.append([row["method"], fixed(row["hover_time_s"], 3), gain, speeds, row["status"]])
         yield Table(["speed", "Δ [s]", "gain [s]", "legs [m/s]", "answer"], rows, last=2)
@@ -94,7 +94,9 @@ class SpeedComparison(Comparison):
             title=titled(self.mission.name, "hover by the speed of the legs"),
             x_label="ground speed $V$ [m/s]",
             y_label="hover time Δ [s]",
-            marks=[Mark(float(x), f"{words}: {float(x):.1f} m/s") for words, x in named.items()],
+            marks=[
+                Mark(float(x), f"{words}: {fixed(float(x), 1)} m/s") for words, x in named.items()
+            ],
         )
         yield "speeds.png", ax
 

@@ -15,6 +15,7 @@ from optuav.errors import Fault, collected, refuse
 from optuav.fields import MOST_ITEMS, Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
+from optuav.presentation.numbers import typed
 from optuav.studies.samples import SEED
 
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
@@ -140,7 +141,7 @@ def layouts(
         expected = float(np.prod((high_m - low_m) / step_m))
         if expected > MOST_ITEMS:
             words = f"at most {MOST_ITEMS} buildings in the area"
-            refuse([Fault("per_km2", f"{options['per_km2']:g}", words)])
+            refuse([Fault("per_km2", typed(options["per_km2"]), words)])
     missions = []
     for number in range(count):
         draw = np.random.default_rng([seed, number])

@@ -22,7 +22,7 @@ from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import build_places
 from optuav.network.prisms import prisms
 from optuav.presentation.blocks import Block, Note, Table
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import coordinates, figure
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ class LinkBudget(Presented):
         from optuav.plots.charts import waterfall
         from optuav.plots.style import titled
 
-        title = titled(self.place, "power from the laser", f"{self.distance_m:.4g} m away")
+        title = titled(self.place, "power from the laser", f"{figure(self.distance_m, 4)} m away")
         return waterfall(self.stations(), title=title, ax=ax)
 
 
@@ -261,4 +261,4 @@ def _place(mission: Mission, at: Any) -> tuple[str, int, tuple[float, float, flo
         words = "the name of a place, or its x, y and z, each"
         raise InputError([Fault("at", shown(at), f"{words} {COORDINATE.words}")])
     x, y, z = map(float, components)
-    return f"({x:g}, {y:g}, {z:g}) m", CLEAR, (x, y, z)
+    return f"{coordinates((x, y, z))} m", CLEAR, (x, y, z)

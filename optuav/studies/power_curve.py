@@ -16,6 +16,7 @@ from optuav.flight.model import FLIGHTS, FlightModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import several, shown
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import fixed
 from optuav.studies.results import Pictures, Result
 
 POWER_UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W", "current_A": "A"}
@@ -105,16 +106,21 @@ class PowerCurve(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the hover, the speeds that stand out, and a table of the curve."""
         yield Heading(f"Power over air speed: {printable(self.mission.name)}")
-        hover = f"{self.hover_power_W:.2f} W", "at the rotors, in the mission's wind"
+        hover = f"{fixed(self.hover_power_W)} W", "at the rotors, in the mission's wind"
         named = (
-            (words.capitalize(), f"{power:.2f} W", f"at the rotors, {speed:.2f} m/s in still air")
+            (
+                words.capitalize(),
+                f"{fixed(power)} W",
+                f"at the rotors, {fixed(speed)} m/s in still air",
+            )
             for words, (speed, power) in self.named.items()
         )
         yield Facts([("Hover", *hover), *named])
         step = -(-(len(self.rows) - 1) // (PRINTED - 1)) or 1
         heads = (f"{POWER_HEADS[name]} [{unit}]" for name, unit in POWER_UNITS.items())
-        rows = (map("{:.2f}".format, row.values()) for row in self.rows[::step])
-        yield Table(["", *heads], [["", *row] for row in rows])
+        columns = self.speeds_m_s, self.rotor_power_W, self.battery_power_W, self.current_A
+        rows = np.column_stack(columns)[::step].tolist()
+        yield Table(["", *heads], [["", *map(fixed, row)] for row in rows])
 
     def pictures(self) -> Pictures:
         """Yield the power in level flight, with hover and the speeds that stand out."""
@@ -128,7 +134,9 @@ class PowerCurve(Result):
             title=titled(self.mission.name, "power by air speed"),
             x_label="air speed $V$ [m/s]",
             y_label="power at the rotors $P$ [W]",
-            marks=[Mark(speed, f"{words}: {speed:.1f} m/s") for words, speed in named.items()],
+            marks=[
+                Mark(speed, f"{words}: {fixed(speed, 1)} m/s") for words, speed in named.items()
+            ],
             y_from_zero=True,
         )
         yield "power.png", ax

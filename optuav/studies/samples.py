@@ -32,6 +32,7 @@ from optuav.mission.keys import (
     unknown_keys,
 )
 from optuav.mission.messages import misfits, path_of, shown, unlisted
+from optuav.presentation.numbers import figure, significant
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -209,7 +210,7 @@ def independent(names: Sequence[str], seed: int, first: int, count: int) -> Floa
 def unstated(mission: Mission) -> Iterator[Spread]:
     """Yield every key within 10 %, except known ones and ones without a range (whole numbers)."""
     for key in stated_keys(mission).values():
-        ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
+        ends = sorted(significant(key.now * share, 12) for share in (1.0 - SHARE, 1.0 + SHARE))
         low, high = (min(max(end, key.low), key.high) for end in ends)
         if not key.whole and low < high and key.name != KNOWN:
             yield Spread(key, low, high)
@@ -328,7 +329,7 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if deviation is not None:
         low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
-        within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
+        within = f"within {figure(key.low)} to {figure(key.high)} [{key.unit}]"
         raise InputError(
             [Fault(name, form_shown(form), f"must have low < high, likely between, {within}")]
         )

@@ -28,6 +28,7 @@ from optuav.mission.keys import (
 from optuav.mission.messages import shown
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
+from optuav.presentation.numbers import typed
 from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted
 
 OF_ENERGIES = ("battery.packs", "battery.capacity_As")
@@ -223,7 +224,7 @@ def _column(key: str, stated: object, allowed: Range) -> tuple[Floats, Fault | N
     broken = [end for end in ends if not allowed.accepts(end)]
     if allowed.whole and not broken:
         broken = column[column % 1 != 0].tolist()
-    return column, Fault(key, f"{broken[0]:g}", words) if broken else None
+    return column, Fault(key, typed(broken[0]), words) if broken else None
 
 
 def _refuse_wavelengths(found: Scenarios) -> None:
@@ -236,7 +237,7 @@ def _refuse_wavelengths(found: Scenarios) -> None:
     known = [*CONVERSIONS, laser.wavelength_nm]
     unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in known]
     if len(coefficients) < len(COEFFICIENTS) and (coefficients or unknown):
-        value = ", ".join(coefficients) or f"{unknown[0]:g}"
+        value = ", ".join(coefficients) or typed(unknown[0])
         words = (
             f"must come with all of {', '.join(COEFFICIENTS)}, or none of them and 810 or 1550 nm"
         )

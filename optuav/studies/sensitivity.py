@@ -17,7 +17,7 @@ from optuav.mission.messages import misfits, plural, shown, unlisted
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import figure, fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.studies.batch import best_of
@@ -112,7 +112,7 @@ class Sensitivity(Result):
         """Yield the effects of single keys, then the results of the samples."""
         yield Heading(f"{self.mission.name}: what matters most, {self.perspective}")
         rows = [row for row in self.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
-        has_plan = f"Longest hover {self.hover_time_s:.2f} s"
+        has_plan = f"Longest hover {seconds(self.hover_time_s)}"
         itself = has_plan if self.hover_time_s else "The mission has no plan"
         itself += "; one key at a time, everything else held:"
         below = [*self._below(rows)]
@@ -347,17 +347,19 @@ def _chances(chances: Chances, plan_hover_s: float | None) -> Iterator[Block]:
     how = "as stated" if chances.stated else "within 10 %, as nothing was stated"
     count = f"{plural(len(chances.uncertain), 'key')} at once, {how}: {chances.samples} samples"
     yield Heading(f"{count}, seed {chances.seed}")
-    quantiles = ", ".join(f"{percent(share)} {s:.1f}" for share, s in chances.quantiles_s.items())
-    mean = f"mean {chances.mean_s:.1f} s"
+    quantiles = ", ".join(
+        f"{percent(share)} {fixed(s, 1)}" for share, s in chances.quantiles_s.items()
+    )
+    mean = f"mean {seconds(chances.mean_s, 1)}"
     if 0.0 < chances.no_plan < 1.0:
         flown_s = chances.mean_s / (1.0 - chances.no_plan)
-        mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
+        mean += f" with 0 s for no plan, {seconds(flown_s, 1)} where there is one"
     none = {"no plan": chances.no_plan} if chances.no_plan else {}
     facts = [("Hover", f"{mean}; quantiles [s] {quantiles}")]
     facts.append(("Best", _shares({**chances.routes, **none})))
-    if chances.kept is not None and chances.flyable is not None:
+    if chances.kept is not None and chances.flyable is not None and plan_hover_s is not None:
         flies = f"can be flown in {percent(chances.flyable)} of the samples"
-        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_shares(chances.kept)}"
+        words = f"{seconds(plan_hover_s)} of hover, {flies}; it keeps {_shares(chances.kept)}"
         facts.append(("Fixed plan", words))
     yield Facts(facts)
 

@@ -26,6 +26,7 @@ from optuav.mission import files
 from optuav.mission.keys import range_of
 from optuav.mission.messages import misfits, path_of, shown
 from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.numbers import fixed, seconds
 from optuav.presentation.presented import Presented
 from optuav.solving.question import perspectives_of
 from optuav.studies.batch import (
@@ -122,7 +123,7 @@ class Swept(Presented):
             why = [f"{count} without: {words}" for words, count in reasons.items()]
             yield "Plans", "; ".join([f"{name} {self.plans[name]}", *why])
             if ends := self.hover_time_s[name]:
-                yield "Hover", f"{name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
+                yield "Hover", f"{name} {fixed(ends['shortest'])} to {seconds(ends['longest'])}"
 
     def to_dict(self) -> dict[str, object]:
         """Return the figures as plain data, ready for JSON."""

@@ -382,7 +382,7 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
         ([item(16, 0, 0, 0, None, 52.5, 13.4, 1e9)], "item 1 = .*x, y and z around home"),
         (
             [item(16, 1e9, 0, 0, None, 52.5, 13.4, 40)],
-            "item 1 = 1e[+]09 s: must be a number, 0 <= x",
+            "item 1 = 1000000000 s: must be a number, 0 <= x",
         ),
         ([SQUARE[0], item(177, 1, 5, frame=2)], "item 2: is DO_JUMP, which flies a part again"),
         ([item(84, 0, 0, 0, None, *HOME[:2], 40)], "item 1: is a take-off of a VTOL"),

@@ -13,6 +13,7 @@ import numpy as np
 
 from optuav.calibration.logs.samples import CUT_OFF, Pack, Readings, Velocity, side_by_side
 from optuav.mission.files import refusal
+from optuav.presentation.numbers import percent
 
 DAMAGED = "is a DataFlash log of ArduPilot that is damaged"
 INSTALL = 'python -m pip install "optuav[logs]"'
@@ -156,6 +157,6 @@ def _messages(
     except Exception:  # pymavlink raises errors of many kinds for damaged files
         raise refusal(path, DAMAGED) from None
     if reader.damaged:
-        share = f"{100.0 * reader.damaged / reader.data_len:.2g} %"
+        share = percent(reader.damaged / reader.data_len)
         faults.append(f"has damaged parts: {share} of the file is skipped, and more may be wrong")
     faults += [CUT_OFF] if reader.short else []

@@ -14,6 +14,7 @@ from optuav.calibration import csv
 from optuav.calibration.logs.samples import Columns, Readings, in_order
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import plural
+from optuav.presentation.numbers import percent, seconds
 
 STILL_m_s = 1.0  # speed over ground below which an airborne UAV hovers
 LEVEL_m_s, LEVEL_SLOPE = 0.5, 0.2  # climb, and climb over speed, up to which flight is level
@@ -89,19 +90,21 @@ class FlightLog:
         """Sentences on the share of the time that is used, and on the rest."""
         used, step_s, total_s = self.used, self.step_s, float(np.sum(self.step_s))
         parts = [
-            f"{np.sum(step_s[used & (self.phase == phase)]) / total_s:.0%} {phase}"
+            f"{percent(np.sum(step_s[used & (self.phase == phase)]) / total_s, 0)} {phase}"
             for phase in (HOVER, FLIGHT, REST)
             if np.any(used & (self.phase == phase))
         ]
         share = float(np.sum(step_s[used])) / total_s
         of = f" ({', '.join(parts)})" if len(parts) > 1 else ""
-        yield f"{self.source}: {share:.0%} of {total_s:.0f} s {words}{of}".replace("%", " %")
+        yield f"{self.source}: {percent(share, 0)} of {seconds(total_s, 0)} {words}{of}"
         reasons = np.where(self.reason != "", self.reason, self.phase)
         words_of = {HOVER: "of hover", FLIGHT: "of unsteady flight", REST: "at rest"}
         left = {why: float(np.sum(step_s[~used & (reasons == why)])) for why in set(reasons)}
         by_size = sorted(left.items(), key=lambda time: (-time[1], time[0]))
         gone = [
-            f"{time_s:.0f} s {words_of.get(why, why)}" for why, time_s in by_size if time_s >= 0.5
+            f"{seconds(time_s, 0)} {words_of.get(why, why)}"
+            for why, time_s in by_size
+            if time_s >= 0.5
         ]
         if gone:
             yield f"{self.source}: left out are {', '.join(gone)}"
