@@ -147,7 +147,7 @@ class Measurements:
         for sign, matches in self._matches(column).items():
             if count := int(np.sum(rows & matches)):
                 which = f"{count} of {plural(len(rows), 'line')}"
-                words = f"their {column} is {figure(sign)} {unit}, which means unknown"
+                words = f"their {column} is {typed(sign)} {unit}, which means unknown"
                 yield f"{self.source}: {which} {'is' if count == 1 else 'are'} left out: {words}"
 
     def _matches(self, column: str) -> dict[float, Booleans]:

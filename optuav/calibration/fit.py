@@ -31,7 +31,7 @@ from optuav.mission.forms import SCHEMA
 from optuav.mission.load import shipped
 from optuav.mission.messages import first_ten, number
 from optuav.presentation.blocks import Block, Fold, Heading, Note, Table
-from optuav.presentation.numbers import figure, percent, significant
+from optuav.presentation.numbers import figure, percent, significant, typed
 from optuav.presentation.presented import Presented
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
@@ -84,8 +84,8 @@ class Value:
         size = max(map(abs, (self.value, *ends)))
         apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
         digits = max(6, 2 - math.floor(math.log10(min(apart) / size))) if apart else 6
-        spans = [between.join(figure(end, digits) for end in ends)] if ends else []
-        return [figure(self.value, digits), *spans]
+        spans = [between.join(typed(end, digits) for end in ends)] if ends else []
+        return [typed(self.value, digits), *spans]
 
     def lines(self) -> Iterator[str]:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
@@ -430,7 +430,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
     reasons = "".join(f"; {warning}" for warning in (hint, *found.warnings) if warning)
     source = ", ".join(found.sources)
     refuse(
-        Fault(f"{e.key}, {e.origin}", figure(e.value, 4), f"{allowed.words}{reasons}", source)
+        Fault(f"{e.key}, {e.origin}", typed(e.value, 4), f"{allowed.words}{reasons}", source)
         for e in found.values
         if e.stated and (allowed := number(e.key)) and not allowed.accepts(e.value)
     )

@@ -20,7 +20,7 @@ from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import change_by_step, evaluate, has_unknowns
 from optuav.presentation.blocks import Block, Fold, Heading, Table
-from optuav.presentation.numbers import figure, with_unit
+from optuav.presentation.numbers import figure, typed, with_unit
 from optuav.presentation.presented import Presented
 from optuav.status import SAME_S, Status
 
@@ -222,7 +222,7 @@ class Solution(Presented):
         """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
         rows = evaluated(self.declared, self._at(index))
         broken = [
-            f"{row.label} by {figure(float(-row.slack), 3)}" for row in rows if not row.satisfied
+            f"{row.label} by {typed(float(-row.slack), 3)}" for row in rows if not row.satisfied
         ]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import linprog
 
 import optuav
-from optuav.presentation.numbers import figure, fixed
 from optuav.looks import LOOKS, PHASES, SERIES
 
 WHOLE = 1e-6  # Largest distance from a whole number that counts as rounding
@@ -96,8 +95,8 @@ def branch_and_bound(
         below = np.floor(node.point[at])
         low, high = node.least.copy(), node.most.copy()
         high[at], low[at] = below, below + 1.0
-        add(f"{names[at]} ≤ {figure(below)}", number, node.least, high, step)
-        add(f"{names[at]} ≥ {figure(below + 1.0)}", number, low, node.most, step)
+        add(f"{names[at]} ≤ {below:g}", number, node.least, high, step)
+        add(f"{names[at]} ≥ {below + 1.0:g}", number, low, node.most, step)
 
 
 def places(nodes: Sequence[Node]) -> list[tuple[float, int]]:
@@ -129,11 +128,9 @@ def draw(tree: Tree, unit: str = "s") -> object:
             if step >= steps:
                 continue
             best = (
-                f"best plan {fixed(tree.best[step], 0)} {unit}"
-                if tree.best[step] > 0
-                else "no plan yet"
+                f"best plan {tree.best[step]:.0f} {unit}" if tree.best[step] > 0 else "no plan yet"
             )
-            ax.set_title(f"step {step}: bound {fixed(tree.bounds[step], 1)} {unit}, {best}")
+            ax.set_title(f"step {step}: bound {tree.bounds[step]:.1f} {unit}, {best}")
             for node, (x, y) in zip(tree.nodes, at, strict=True):
                 if node.born > step:
                     continue
@@ -143,7 +140,7 @@ def draw(tree: Tree, unit: str = "s") -> object:
                         [x_0, x], [-y_0, -y], color=LOOKS["muted"].light, linewidth=0.8, zorder=1
                     )
                 fill, edge = LOOK[node.fate(step)]
-                words = f"{fixed(node.bound, 1)} {unit}" if node.point is not None else "no point"
+                words = f"{node.bound:.1f} {unit}" if node.point is not None else "no point"
                 fate = {"best": "\nplan", "dropped": "\ndropped"}.get(node.fate(step), "")
                 box = {"boxstyle": "round,pad=0.35", "facecolor": fill, "edgecolor": edge}
                 box["linestyle"] = "--" if node.fate(step) in ("dropped", "infeasible") else "-"

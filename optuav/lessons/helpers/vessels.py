@@ -12,7 +12,6 @@ from matplotlib.patches import Polygon, Rectangle
 from PIL import Image
 
 import optuav
-from optuav.presentation.numbers import amperes, fixed
 from optuav.looks import LOOKS
 from optuav.physics.kibam import Battery, Stage, Wells, step
 
@@ -39,7 +38,7 @@ def draw(ax: Axes, battery: Battery, wells: Wells, drawn_A: float, title: str) -
         ax.add_patch(Rectangle((left, 0.0), width, height, color=colour, linewidth=0.0))
         walls = [left, left, left + width, left + width], [1.1, 0.0, 0.0, 1.1]
         ax.plot(*walls, color=INK, linewidth=1.5, solid_joinstyle="miter")
-        words = f"{fixed(max(0.0, float(charge_As)), 0)} A s"
+        words = f"{max(0.0, float(charge_As)):.0f} A s"
         ax.text(left + width / 2, 1.13, words, ha="center", fontsize=8, color=INK)
     ax.add_patch(Rectangle((ω, 0.0), GAP, THICK, facecolor=BOUND, edgecolor=INK, linewidth=0.8))
     ax.add_patch(Rectangle((-0.2, 0.0), 0.2, THICK, facecolor=AVAILABLE, edgecolor=INK, lw=0.8))
@@ -47,7 +46,7 @@ def draw(ax: Axes, battery: Battery, wells: Wells, drawn_A: float, title: str) -
     _valve(ax, -0.08, is_open=drawn_A > 0.0)
     if drawn_A > 0.0:
         ax.plot([-0.2, -0.2], [THICK, -0.2], color=STREAM, linewidth=3.0, linestyle=(0, (2, 1)))
-    tap = amperes(drawn_A) if drawn_A > 0.0 else "tap closed"
+    tap = f"{drawn_A:.4g} A" if drawn_A > 0.0 else "tap closed"
     ax.text(-0.24, -0.1, tap, ha="right", va="center", fontsize=8, color=INK)
     ax.plot([-0.1, 1.0 + GAP + 0.08], [1.0, 1.0], color=INK, linewidth=0.6, linestyle=(0, (4, 3)))
     ax.text(1.0 + GAP + 0.1, 1.0, "full", va="center", fontsize=8, color=INK)
@@ -81,9 +80,7 @@ def moving(battery: Battery, load: Sequence[tuple[float, float]]) -> Movie:
         with optuav.plots.style.applied():
             figure = optuav.plots.style.page(2.6, 4.2)
             figure.set_dpi(120)
-            draw(
-                figure.subplots(), battery, wells, drawn_A, f"after {fixed(moment_s / 60.0, 1)} min"
-            )
+            draw(figure.subplots(), battery, wells, drawn_A, f"after {moment_s / 60.0:.1f} min")
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
         images.append(Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB"))
