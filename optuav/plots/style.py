@@ -165,7 +165,8 @@ def picture_of(drawn: Any) -> Shown:
 def image(figure: Figure, **options: Any) -> bytes:
     """A figure as the content of a file, with options as `Figure.savefig` takes them."""
     content = io.BytesIO()
-    figure.set_layout_engine("none")  # the picture is laid out already
+    if isinstance(figure, Page):
+        figure.set_layout_engine("none")  # the picture is laid out already
     with applied():
         figure.savefig(content, dpi=figure.dpi, **options)
     return content.getvalue()
