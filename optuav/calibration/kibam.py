@@ -84,7 +84,7 @@ CLEAR = 0.99  # confidence of an interval that must end for the data to tell its
 LOGIT = math.log(999.0)  # range of the logit of ω: 0.1 % to 99.9 %
 SLOWEST, FASTEST = 1e-4, 1e2  # k' times the longest, the shortest lifetime: all beyond is alike
 ROWS, FINER, ZOOMS = 161, 33, 8  # places of the first grid and of each finer one, and of these
-HALVINGS = 30  # to the end of an interval
+INTERVAL_HALVINGS = 30  # halvings to the end of an interval
 ROUNDED_SUM = 1e-24  # sum of squares that may come from rounding
 DENSE_AT_ENDS = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 65))  # places between two ends
 
@@ -445,7 +445,7 @@ def _least(
 
 def _end(belongs: Callable[[Floats], Booleans], inner: Floats, outer: Floats) -> Floats:
     """The outermost place that belongs, between one that does and another."""
-    for _ in range(HALVINGS):
+    for _ in range(INTERVAL_HALVINGS):
         middle = 0.5 * (inner + outer)
         inside = belongs(middle)
         inner, outer = np.where(inside, middle, inner), np.where(inside, outer, middle)
@@ -457,7 +457,7 @@ def _largest_factor(holds: Callable[[float], bool]) -> float:
     if holds(1.0):
         return 1.0
     low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
+    for _ in range(INTERVAL_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low

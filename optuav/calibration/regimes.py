@@ -55,7 +55,7 @@ LEAST_LEG = 5  # fewest samples of a leg
 REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
 MISFIT = 0.08  # rms of speeds off the trapezoids, over the largest, that one cap still explains
 GAIN = 9.0  # least gain of the sum of squares by a cap, in variances: three standard errors
-ROUNDS = 20  # most steps to the best begin and end of a leg; two are usual
+MOST_SHIFTS = 20  # most steps to the best begin and end of a leg; two are usual
 FOUND_S = 1e-9  # change of these moments below which they are found
 
 
@@ -370,7 +370,7 @@ def _speeds(
         loads = bang_bang.leg((distance_m, 0.0, 0.0), acceleration_m_s2, 1.0, 1.0, cap_m_s)
         start_s = middle_s - 0.5 * loads.durations_s[0]
         end_s = middle_s + 0.5 * loads.durations_s[0]
-        for _ in range(ROUNDS):
+        for _ in range(MOST_SHIFTS):
             rising = acceleration_m_s2 * (time_s - start_s[leg_of])
             falling = acceleration_m_s2 * (end_s[leg_of] - time_s)
             fitted: Floats = np.clip(np.minimum(rising, falling), 0.0, cap_m_s)

@@ -19,7 +19,7 @@ from optuav.errors import Fault, InputError, collected, refuse, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.judge.autopilot import SUFFIXES, flight_of
-from optuav.judge.course import TOLERANCE, Course
+from optuav.judge.course import JUDGE_TOLERANCE, Course
 from optuav.judge.stated_flight import StatedFlight, StatedStep
 from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
 from optuav.mission import Mission, load
@@ -351,9 +351,9 @@ def reached(
         wells, fits = course.ends[number][0], leg.crosses == CLEAR
         for stage in leg.stages:
             wells = step(pool, wells, Stage(stage.net.current_A, stage.duration_s))
-            fits &= float(wells.available_As) >= -TOLERANCE * capacity_As
+            fits &= float(wells.available_As) >= -JUDGE_TOLERANCE * capacity_As
         left = float(wells.total_As) / capacity_As
-        if fits and left >= mission.limits.min_soc - TOLERANCE:
+        if fits and left >= mission.limits.min_soc - JUDGE_TOLERANCE:
             if move.end_place == "origin":
                 home[number] = True
             else:

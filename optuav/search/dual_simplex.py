@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 
-TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
+ROW_TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
 IMPOSSIBLE = 1e-5  # Violation of a row, beyond rounding, that no point can mend
 LEAST_PIVOT = 1e-9  # Smaller coefficients count as 0
 EXCHANGES = 10  # Largest number of exchanges, as a multiple of the number of rows
@@ -56,7 +56,7 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
     for exchange in range(EXCHANGES * count + 1):
         row = table[:-1, -1].argmin(axis=0)
         column_of = np.arange(len(left))
-        lacks = table[row, -1, column_of] < -TOLERANCE
+        lacks = table[row, -1, column_of] < -ROW_TOLERANCE
         entries = table[row[None], np.arange(unknowns)[:, None], column_of]
         enters = entries < -LEAST_PIVOT
         steps = np.where(enters, table[-1, :-1], np.inf) / np.where(enters, -entries, 1.0)

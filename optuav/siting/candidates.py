@@ -20,7 +20,7 @@ from optuav.mission.messages import misfits, path_of, shown
 from optuav.network.map_extent import scene
 
 GRID = "grid"
-STEPS = 10.0  # Of a grid along its longer side, where no step is stated
+GRID_STEPS = 10.0  # Steps of a grid along its longer side, if no step is set
 STEP = Range("m", gt=0.0, le=1e6)
 HEIGHT = Range("m", ge=-1e6, le=1e6)
 MOST_CANDIDATES = 10_000  # Candidates of a grid
@@ -81,7 +81,7 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     """Points at one distance over all places of the missions."""
     corners_m = np.array([scene(mission).corners_m for mission in missions])
     low_m, high_m = corners_m[:, 0].min(axis=0), corners_m[:, 1].max(axis=0)
-    step = float((high_m - low_m).max()) / STEPS if step_m is None else step_m
+    step = float((high_m - low_m).max()) / GRID_STEPS if step_m is None else step_m
     columns, rows = (np.floor((high_m - low_m) / step + 1e-9).astype(int) + 1).tolist()
     if columns * rows > MOST_CANDIDATES:
         words = (

@@ -13,7 +13,7 @@ import numpy as np
 from formulations.parameters import Quantities
 from formulations.soc import PERSPECTIVES, hovered_before
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.modelling.check import TOLERANCE
+from optuav.modelling.check import CONSTRAINT_TOLERANCE
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.network import Network
 from optuav.network.variants import Variants, as_variants
@@ -132,7 +132,7 @@ def _kept(
 ) -> Balance:
     """The balance that also keeps η0 at a landing; with an endless least rest where it cannot."""
     spare, drawn, gained = map(np.asarray, affine_charge(upto, perspective))
-    spare = np.where(np.abs(spare) <= TOLERANCE, 0.0, spare)
+    spare = np.where(np.abs(spare) <= CONSTRAINT_TOLERANCE, 0.0, spare)
     hovered, rested = landed
     if np.any(both := np.logical_and(hovered, rested)):
         endless = np.where(applies & both, drawn, np.inf)

@@ -6,7 +6,7 @@ from typing import NotRequired, TypedDict
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission import Mission
 from optuav.options import SCHEDULES, Perspective, Schedule, Trajectory
 from optuav.plan import Plan
@@ -249,4 +249,4 @@ def _flies(row: PlanAnswer, min_soc: float) -> str:
         first_s, word = min(known)
         return f"{word} {first_s:.0f} s"
     soc = row["soc_battery"]
-    return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
+    return "low" if soc is not None and soc < min_soc - JUDGE_TOLERANCE else "no"
