@@ -19,7 +19,7 @@ from optuav.judge.clearance import too_near
 from optuav.judge.course import JUDGE_TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.flight_plan import FlightPlan
 from optuav.judge.read import read
-from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places, segments
+from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
@@ -317,7 +317,7 @@ def _broken_limits(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterato
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-        for part in () if leg.stated else segments(model, leg.points_m, leg.speeds_m_s):
+        for part in leg.segments:
             if part.peak_speed_m_s == speed_m_s:
                 peak_s += float(part.peak_s)
                 break
@@ -361,14 +361,13 @@ def _too_fast(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     if phase.kind != "flight" or phase.stated:
         return
     way, cap_m_s = f"{phase.start.name} → {phase.end.name}", vars(mission.flight).get(CAP)
-    parts = segments(mission.flight_model, phase.points_m, phase.speeds_m_s)
-    stated_speeds_m_s = phase.speeds_m_s or [0.0] * len(parts)
-    for part, stated_m_s in zip(parts, stated_speeds_m_s, strict=True):
+    planned_m_s = phase.speeds_m_s or [0.0] * len(phase.segments)
+    for part, least_m_s in zip(phase.segments, planned_m_s, strict=True):
         velocity_m_s = _peak_velocity_m_s(mission, part)
         speed_m_s = math.hypot(*velocity_m_s)
-        if speed_m_s < stated_m_s * (1.0 - JUDGE_TOLERANCE):
+        if speed_m_s < least_m_s * (1.0 - JUDGE_TOLERANCE):
             words = f"the leg {way} cannot be flown as fast as the plan says"
-            yield FlightEvent("speed", phase.start_s, words, stated_m_s, speed_m_s, "m/s")
+            yield FlightEvent("speed", phase.start_s, words, least_m_s, speed_m_s, "m/s")
         air_speed_m_s = math.dist(velocity_m_s, mission.wind.velocity_m_s)
         if cap_m_s is not None and air_speed_m_s > cap_m_s * (1.0 + JUDGE_TOLERANCE):
             words = f"the leg {way} is flown faster than flight.{CAP}"

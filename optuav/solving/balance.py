@@ -150,8 +150,12 @@ def _kept(
     )
 
 
+@lru_cache(maxsize=1)
 def by_balance(network: Network) -> tuple[Floats, Floats]:
-    """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
+    """The longest Δ of all routes, −∞ for none, and the least T' for it [s]; the last are kept.
+
+    By charge and time.
+    """
     routes = balance(as_variants(network), "battery")
     hover_s = longest_by_balance(routes)
     return hover_s[:, 0], shortest_by_balance(hover_s, routes)[:, 0]
