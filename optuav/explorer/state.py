@@ -87,8 +87,8 @@ class State:
         """The state that plain data state; refused with all that is wrong."""
         if not isinstance(stated, Mapping) or not isinstance(stated.get("changes", {}), Mapping):
             raise InputError([Fault("", shown(stated), "a state with changes by mission key")])
-        known = [member.name for member in fields(cls)]
-        faults = [unknown("state", name, known) for name in stated if name not in known]
+        names = [member.name for member in fields(cls)]
+        faults = [unknown("state", name, names) for name in stated if name not in names]
         options = {**OPTIONS, "file": FILES, "picture": (*PICTURES,)}
         faults += [
             unknown(name, stated[name], choices)

@@ -75,8 +75,8 @@ def _of_geojson(path: Path, names: Sequence[str]) -> Mapping[str, Iterable[objec
     else:
         must_be_in_metres(frame, path)
     shapes = frame.geometry.to_numpy()
-    known = [str(name) for name in frame.columns if name != frame.geometry.name]
-    columns: dict[str, Any] = {x: frame[x].tolist() for x in (*names, SHARE) if x in known}
+    named = [str(name) for name in frame.columns if name != frame.geometry.name]
+    columns: dict[str, Any] = {x: frame[x].tolist() for x in (*names, SHARE) if x in named}
     if {*names[1:]} <= columns.keys():
         return columns
     # The shapes have lost their heights.

@@ -265,8 +265,8 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     except ValueError:
         words = ", also with the model's " if others - {()} else ""
         words += ", ".join(map(str, sorted(others - {()})))
-        stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        faults.append(Fault("point", stated, f"arrays whose shapes broadcast{words}"))
+        sizes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        faults.append(Fault("point", sizes, f"arrays whose shapes broadcast{words}"))
     refuse(faults)
     return found
 

@@ -188,8 +188,8 @@ def perspective(*names: str) -> str:
 def drawable(name: str) -> str:
     """A name as a picture shows it: not too long, no mathematics, only letters of the font."""
     short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
-    known = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
-    return known.replace("$", r"\$")
+    letters = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
+    return letters.replace("$", r"\$")
 
 
 @cache

@@ -78,9 +78,9 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
             worth_of = table[..., ends][proves[which_at], which, which_at]
             prices[slacks, at[which_at]] = np.maximum(worth_of, 0.0)
             # The slack that the stuck row states is its own unknown.
-            own = basic[row, column_of][ends]
-            slack = np.flatnonzero(void[ends] & (own >= unknowns))
-            prices[own[slack] - unknowns, at[slack]] = 1.0
+            basics = basic[row, column_of][ends]
+            slack = np.flatnonzero(void[ends] & (basics >= unknowns))
+            prices[basics[slack] - unknowns, at[slack]] = 1.0
             left, row, column = left[~ends], row[~ends], column[~ends]
             table, basic, other = table[..., ~ends], basic[:, ~ends], other[:, ~ends]
             if not len(left):

@@ -51,8 +51,8 @@ def improved(terrain: Terrain, boxes: Boxes, begin_s: Floats) -> Floats:
             reach * able[:, moving],
             left_s[moving],
         )
-        found = dual_simplex(rows, limits, worth, np.full(len(moving), -np.inf))
-        there_s = low_s + found.x[:-1]
+        result = dual_simplex(rows, limits, worth, np.full(len(moving), -np.inf))
+        there_s = low_s + result.x[:-1]
         there_s *= np.minimum(1.0, left_s[moving] / np.maximum(there_s.sum(axis=0), STILL_S))
         there_As = _margins(terrain, places, there_s)
         now, then = (
