@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.fleets import busiest
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
@@ -364,7 +364,7 @@ def _rings_of_event(cycle: Coverage, hours: float, overlap_s: float) -> list[Rin
             drawn_As = -sum(phase.charge_As for phase in course.plan.phases)
             landings.append((course.offset_s + course.plan.phases[-1].end_s, drawn_As))
     stays = [(landed_s, landed_s + swap_s) for landed_s, _ in landings]
-    bays, _ = busiest(stays, TOLERANCE * 3600.0 * hours)
+    bays, _ = busiest(stays, JUDGE_TOLERANCE * 3600.0 * hours)
     charge_A = cycle.mission.battery.charge_current_A
     return [
         Ring(drones, 0, 0, bays, count, drones + _further_sets(landings, count, charge_A), 1.0)

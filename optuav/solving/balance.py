@@ -13,7 +13,7 @@ import numpy as np
 from formulations.parameters import Quantities
 from formulations.soc import PERSPECTIVES, hovered_before
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.modelling.check import TOLERANCE
+from optuav.modelling.check import CONSTRAINT_TOLERANCE
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.network import Network
 from optuav.network.variants import Variants, as_variants
@@ -132,7 +132,7 @@ def _kept(
 ) -> Balance:
     """The balance that also keeps η0 at a landing; with an endless least rest where it cannot."""
     spare, drawn, gained = map(np.asarray, affine_charge(upto, perspective))
-    spare = np.where(np.abs(spare) <= TOLERANCE, 0.0, spare)
+    spare = np.where(np.abs(spare) <= CONSTRAINT_TOLERANCE, 0.0, spare)
     hovered, rested = landed
     if np.any(both := np.logical_and(hovered, rested)):
         endless = np.where(applies & both, drawn, np.inf)
@@ -150,8 +150,12 @@ def _kept(
     )
 
 
+@lru_cache(maxsize=1)
 def by_balance(network: Network) -> tuple[Floats, Floats]:
-    """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
+    """The longest Δ of all routes, −∞ for none, and the least T' for it [s]; the last are kept.
+
+    By charge and time.
+    """
     routes = balance(as_variants(network), "battery")
     hover_s = longest_by_balance(routes)
     return hover_s[:, 0], shortest_by_balance(hover_s, routes)[:, 0]
