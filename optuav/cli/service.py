@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import optuav
 from optuav.cli.options import numbers_in
@@ -60,9 +60,8 @@ def coverage(
     if separation_m is not None and hours is not None:
         from optuav.service.cycle import step_of
 
-        numbers = numbers_in(separation_m)
         with collected(faults):
-            apart_m = step_of(numbers[0] if len(numbers) == 1 else numbers or separation_m)
+            apart_m = step_of(_separation(separation_m))
     with collected(faults):
         cycle = optuav.coverage(
             out.mission(mission),
@@ -99,6 +98,12 @@ def coverage(
     out.deliver(results, figures, turns, () if flights is None else [flights])
     for note in notes:
         say(f"Note  {note}", error=out.as_json)
+
+
+def _separation(stated: str) -> float | str | Sequence[float]:
+    """What --separation-m states: a number, a step, or a text that is neither."""
+    numbers = numbers_in(stated)
+    return numbers[0] if len(numbers) == 1 else numbers or stated
 
 
 def _goes_with(name: str, value: object, options: Mapping[str, object]) -> Iterator[Fault]:
@@ -157,11 +162,14 @@ def size(
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
     hours: float | None = None,
+    separation_m: str | None = None,
     *,
     out: StudyOptions,
 ) -> None:
     """Count the drones, beams, pads, bays and packs of a fleet, for each way to charge."""
-    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
+    apart_m: Any = None if separation_m is None else _separation(separation_m)
+    loaded = out.mission(mission)
+    table = optuav.size_fleet(loaded, prices, share, overlap_s, swap_s, hours, apart_m)
     out.deliver(table)
 
 
