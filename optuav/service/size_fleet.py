@@ -188,7 +188,7 @@ def size_fleet(
 ) -> FleetSizes:
     """Count the drones and equipment that cover a share of the time, for each way to charge.
 
-    With `hours`, find those of an event without a gap that begins with full batteries.
+    With `hours`, count those that an event without a gap needs if it begins with full batteries.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
     dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
@@ -201,7 +201,7 @@ def size_fleet(
     prices
         A price for each of ``drone`` (without packs), ``laser`` (a beam), ``pad``, ``charger``,
         ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12, not all
-        0; or the path of a TOML file with these keys. None: counts alone.
+        0; or the path of a TOML file with these keys; None for only the counts.
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
@@ -220,8 +220,8 @@ def size_fleet(
     -------
     FleetSizes
         One row per technology with its counts, its cost and the ``share`` of its ring, which may
-        start faster than asked for to need fewer places; ``why`` says why there is none. `plot`
-        draws cost, or drones, over the share, or for an event by technology.
+        exceed the requested share if that needs fewer places; ``why`` says why a technology has no
+        fleet. `plot` draws cost, or drones, against the share, or for an event by technology.
 
     Raises
     ------
