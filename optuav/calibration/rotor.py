@@ -50,7 +50,7 @@ QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
 TOLD = {"thrust": 1, "current": 3, "voltage": 2}  # constants that each quantity tells
 THRUST_PER_POWER = (0.003, 0.5, "N/W")  # usual, by least and most
 MERIT = (0.2, 0.9)  # usual figure of merit, by least and most
-ROUNDS = 3  # fits, each weighted by the residuals of the one before
+WEIGHTED_FITS = 3  # fits, each weighted by the residuals of the one before
 LEAST_RESIDUAL = 1e-9  # standard deviation of a quantity, over its largest value
 
 
@@ -76,13 +76,13 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Keys of [rotor]. Steady speeds do not show the inertia, data sheets neither the largest
-        speed nor the damping: the mission keeps its own.
+        Keys of [rotor]. Steady speeds do not show the inertia, and data sheets show neither the
+        largest speed nor the damping; for these, the mission keeps its own values.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if no mission may state a constant.
+        With every fault of the files, or if a constant is outside the range of its key.
 
     References
     ----------
@@ -202,7 +202,7 @@ def _estimate(measured: Mapping[str, Floats]) -> Estimate:
     linear = [allowed.ge or 0.0 for key in ordered[2:] if (allowed := number(key))]
     problem = separable.Problem(columns, (PER_VOLT_RPM, WINDING_OHM), linear)
     best = problem.best(_starts(measured))
-    for _ in range(ROUNDS - 1):
+    for _ in range(WEIGHTED_FITS - 1):
         parts = np.split(best.residuals, len(QUANTITIES))
         for (name, told), part in zip(TOLD.items(), parts, strict=True):
             spreads[name] = _spread(spreads[name] * part, measured[name], len(speed) - told)

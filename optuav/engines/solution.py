@@ -256,8 +256,8 @@ class Solution(Presented):
 
         Empty without an answer, and in whole slots, which small changes do not move.
         """
-        known = self.duals is None or any(self.duals[index : index + 1])
-        if not known or not self.statuses[index].has_answer:
+        has_duals = self.duals is None or any(self.duals[index : index + 1])
+        if not has_duals or not self.statuses[index].has_answer:
             return ShadowPrices({}, {})
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)
@@ -345,7 +345,7 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
         return solution(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
     settled = [row for row in model.constraints if not has_unknowns(*row.relation.sides)]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
-        words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+        words = f"does not hold for all values of the unknowns: {', '.join(broken)}"
         return solution(Status.INFEASIBLE, "evaluated", words)
     return None
 

@@ -239,7 +239,7 @@ class RotaryWing(CruisingModel):
         slower = " that flight.max_speed_m_s allows against the wind" * stated
         return (
             "in a wind the speed of a leg depends on its direction; "
-            f"state {'a ' * stated}flight.cruise_speed_m_s{slower}"
+            f"set {'a ' * stated}flight.cruise_speed_m_s{slower}"
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

@@ -89,7 +89,7 @@ def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
     stated = mission.battery.flight_energy_J is not None
     if question.perspective == "adjusted" and mission.limits.keep_soc == "always" and not stated:
         words = f"must be battery or energy {with_form} and limits.keep_soc = 'always', unless "
-        words += "battery.flight_energy_J is stated: else the share of a leg depends on the others"
+        words += "battery.flight_energy_J is set: the share of a leg depends on the others"
         yield Fault("perspective", shown(question.perspective), words)
 
 
