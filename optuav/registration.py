@@ -126,8 +126,8 @@ def unregister(name: str) -> None:
     """
     kinds = [kind for kind in EVERY_KIND if name in [*kind.registered()]]
     if not kinds:
-        known = ", ".join(name for kind in EVERY_KIND for name in kind.registered()) or "none"
-        raise InputError([Fault("name", shown(name), f"one that was registered: {known}")])
+        names = ", ".join(name for kind in EVERY_KIND for name in kind.registered()) or "none"
+        raise InputError([Fault("name", shown(name), f"one that was registered: {names}")])
     for kind in kinds:
         kind.take_out(name)
 

@@ -49,7 +49,7 @@ QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
 TOLD = {"thrust": 1, "current": 3, "voltage": 2}  # constants that each quantity tells
 THRUST_PER_POWER = (0.003, 0.5, "N/W")  # usual, by least and most
 MERIT = (0.2, 0.9)  # usual figure of merit, by least and most
-ROUNDS = 3  # fits, each weighted by the residuals of the one before
+WEIGHTED_FITS = 3  # fits, each weighted by the residuals of the one before
 LEAST_RESIDUAL = 1e-9  # standard deviation of a quantity, over its largest value
 
 
@@ -201,7 +201,7 @@ def _estimate(measured: Mapping[str, Floats]) -> Estimate:
     linear = [allowed.ge or 0.0 for key in ordered[2:] if (allowed := number(key))]
     problem = separable.Problem(columns, (PER_VOLT_RPM, WINDING_OHM), linear)
     best = problem.best(_starts(measured))
-    for _ in range(ROUNDS - 1):
+    for _ in range(WEIGHTED_FITS - 1):
         parts = np.split(best.residuals, len(QUANTITIES))
         for (name, told), part in zip(TOLD.items(), parts, strict=True):
             spreads[name] = _spread(spreads[name] * part, measured[name], len(speed) - told)

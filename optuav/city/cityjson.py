@@ -141,8 +141,8 @@ def _from_above(surfaces: list[list[Any]], names: list[str], file: Path) -> list
 
 def _prism(geometries: Any, corners: Floats, document: dict[str, Any], file: Path) -> Prism:
     """The geometry with surfaces of the highest level of detail."""
-    known = [_resolved(geometry, corners, document) for geometry in geometries]
-    for shape, points, placed in sorted(known, key=_detail, reverse=True):
+    resolved = [_resolved(geometry, corners, document) for geometry in geometries]
+    for shape, points, placed in sorted(resolved, key=_detail, reverse=True):
         if not (rings := [ring for ring in _outer_rings(shape) if len(ring) > 2]):
             continue
         used = np.concatenate([*map(np.array, rings)])

@@ -21,8 +21,8 @@ def column(frame: Any, name: str) -> Any:
         return frame[name]
     if TAGS in frame:
         pattern = f'"{re.escape(name)}"=>{QUOTED}'
-        found = frame[TAGS].astype("str").str.extract(pattern, expand=False)
-        return found.str.replace(r"\\(.)", r"\1", regex=True)
+        tags = frame[TAGS].astype("str").str.extract(pattern, expand=False)
+        return tags.str.replace(r"\\(.)", r"\1", regex=True)
     return pd.Series(math.nan, frame.index)
 
 

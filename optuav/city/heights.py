@@ -83,9 +83,9 @@ def _stated(frame: Any, name: str, factor: float | None) -> tuple[Floats, list[Q
     values = column(frame, name)
     roof_m, quotes = _within(lengths_m(values, factor), ROOF), list[Quote]()
     if SOLID in frame:
-        own, high = name == OF_OPENSTREETMAP["height"], frame[SOLID].to_numpy()
+        is_osm_height, high = name == OF_OPENSTREETMAP["height"], frame[SOLID].to_numpy()
         solid_m = _within(high * _unit_of_solids(frame, name, factor)[0], ROOF)
-        roof_m = np.where(np.isnan(solid_m) | ~(own | np.isnan(roof_m)), roof_m, solid_m)
+        roof_m = np.where(np.isnan(solid_m) | ~(is_osm_height | np.isnan(roof_m)), roof_m, solid_m)
         quotes.append((SOLID, frame[SOLID], (high > 0.0) & np.isnan(roof_m)))
     return roof_m, [*quotes, (name, values, np.isnan(roof_m))]
 
@@ -115,10 +115,10 @@ def _by_storeys(
     counted = _within(floors + np.nan_to_num(top_floors), STOREYS)
     roof_m = _within(floors * level_height_m + above_m, ROOF)
     roof_m = np.where(np.isnan(counted), math.nan, roof_m)
-    known = ~np.isnan(roof_m)
-    unread = known & np.isnan([top_floors, top_m])
+    has_roof = ~np.isnan(roof_m)
+    unread = has_roof & np.isnan([top_floors, top_m])
     on_roof = zip(MORE_TAGS, (on_top, top), unread, strict=False)
-    return roof_m, [(name, values, ~known), *on_roof]
+    return roof_m, [(name, values, ~has_roof), *on_roof]
 
 
 def _bases(

@@ -136,5 +136,5 @@ def unknown_heights(
 
 def _others(frame: Any, name: str) -> str:
     """Say which columns there are in place of one that is missing; empty without any."""
-    known = columns_of(frame)
-    return nearest(name, known) or f"; there are {first_ten(known)}" if known else ""
+    columns = columns_of(frame)
+    return nearest(name, columns) or f"; there are {first_ten(columns)}" if columns else ""

@@ -137,10 +137,10 @@ def read(
     names = {option: name or OF_OPENSTREETMAP[option] for option, name in named.items()}
     refuse(nowhere(file, frame, names))
     refuse(in_feet(file, frame, names["height"], height_factor))
-    known = heights(frame, names, level_height_m, height_factor)
-    buried, below_others = underground(frame, known)
-    known = known.assign(part=is_part, mended=frame["mended"], below_others=below_others)
-    town = geopandas.GeoDataFrame(known, geometry=frame.geometry.to_crs(DEGREES))[~buried]
+    measured = heights(frame, names, level_height_m, height_factor)
+    buried, below_others = underground(frame, measured)
+    measured = measured.assign(part=is_part, mended=frame["mended"], below_others=below_others)
+    town = geopandas.GeoDataFrame(measured, geometry=frame.geometry.to_crs(DEGREES))[~buried]
     if not len(town):
         raise refusal(file, "has no buildings above the ground")
     town, by_parts, too_high = in_place_of_outlines(town)

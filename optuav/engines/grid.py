@@ -26,7 +26,7 @@ from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single
 from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
-from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
@@ -72,7 +72,7 @@ def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], lis
             left, right = (exponential(side, parameters, forms) for side in relation.sides)
             if relation.sense != "==":
                 form = (left - right) * relation.signs[0]
-                limit = TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
+                limit = CONSTRAINT_TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
                 test, kind = partial(_compares, form, limit), 0 if form.linear else 1
         found[kind].append(test)
     return found

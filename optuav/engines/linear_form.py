@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.errors import InputError
-from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, relations
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import Affine, NotAffineError, affine, excess
 from optuav.modelling.model import Model
@@ -62,7 +62,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
         form, right = excess(relation, values, done)
         if not form.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
-            allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
+            allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
             bounds += [(len(rows), names.index(name)) for name in form.coefficients if is_bound]

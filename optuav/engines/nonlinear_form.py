@@ -126,8 +126,8 @@ def nonlinear_form(model: Model, parameters: Mapping[str, float]) -> NonlinearFo
         return np.array([float(evaluate(tree, known, done)) for tree in trees])
 
     def slopes(x: Floats, *trees: Operand) -> Floats:
-        known, done = {**parameters, **point(x)}, dict[int, Operand]()
-        rates = [slope(tree, known, done).by for tree in trees]
+        values, done = {**parameters, **point(x)}, dict[int, Operand]()
+        rates = [slope(tree, values, done).by for tree in trees]
         table = [[float(by.get(name, 0.0)) for name in names] for by in rates]
         return np.array(table).reshape(len(trees), len(names))
 

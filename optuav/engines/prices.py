@@ -25,7 +25,7 @@ from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
 from optuav.frames import DataFrame, frame
-from optuav.modelling.check import TOLERANCE, evaluated, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated, relations
 from optuav.modelling.expression import Operand, Parameter, Relation
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
@@ -71,7 +71,8 @@ def _met(
     for number, relation in enumerate(constraint.relation for constraint in constraints):
         gap, right = _gap(relation, values, done)
         rate = _rate(gap, names)
-        least = (not rate[:count].any()) * TOLERANCE * np.maximum(1.0, np.abs(right.value))
+        allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right.value))
+        least = (not rate[:count].any()) * allowance
         if np.abs(gap.value) <= np.max(share * np.abs(rate) * sizes, initial=least):
             rows |= {(number, sign): sign * rate for sign in relation.signs}
     return rows
@@ -184,7 +185,7 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
         rows = rows_of(stated_forms(model, parameters), (goal, other), reach_s)
     except NotExponentialError:
         return [[point]]
-    rows.weights[0] += TOLERANCE  # Rounding ends no time that may be of any length
+    rows.weights[0] += CONSTRAINT_TOLERANCE  # Rounding ends no time that may be of any length
     longest_s = float(rows.at_x(np.array([point[goal]])).end(np.array([top]))[0])
     if math.isnan(longest_s):
         return [[point]]

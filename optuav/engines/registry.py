@@ -165,8 +165,8 @@ class OneByOne(Engine):
         self, model: Model, programmes: int, values: Values | None = None, **limits: float | None
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `Engine`."""
-        known = model.with_values(values) if values else model
-        return self.compile(known, programmes, **limits)({})
+        valued = model.with_values(values) if values else model
+        return self.compile(valued, programmes, **limits)({})
 
 
 AUTO = "auto"  # Stands for the first engine that takes a model

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, relations
 from optuav.modelling.declaration import Constraint
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import (
@@ -318,7 +318,8 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     sizes = np.abs(highest)
     size = sizes.sum(axis=0)
     # Never more than the tolerance of a check of the answer outside the engine.
-    weights[0] += np.minimum(ROUNDED_ROW * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
+    most = 0.5 * CONSTRAINT_TOLERANCE * np.maximum(1.0, sides)
+    weights[0] += np.minimum(ROUNDED_ROW * (size + sides), most)
     open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)
     weights[1:] *= open_ & (sizes[1:] >= DUST * size)
     weights[0] = np.where(open_, weights[0], np.inf)

@@ -254,8 +254,8 @@ class Solution(Presented):
 
         Empty without an answer, and in whole slots, which small changes do not move.
         """
-        known = self.duals is None or any(self.duals[index : index + 1])
-        if not known or not self.statuses[index].has_answer:
+        has_duals = self.duals is None or any(self.duals[index : index + 1])
+        if not has_duals or not self.statuses[index].has_answer:
             return ShadowPrices({}, {})
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)

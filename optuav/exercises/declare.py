@@ -46,11 +46,11 @@ def same_problem(task: Task, answer: object, asked: Model | Program) -> Conditio
     best = _solved(wanted)
     points = _points(wanted, model, best.point(0))
     yield _same_set(points, check(wanted, points), check(model, points))
-    own = _solved(model)
-    words = f"the feasible set is right, but your problem is {own.status.value}"
-    yield Condition(own.status.has_answer, words, "check the objective")
-    gap = abs(float(np.asarray(evaluate(wanted.objective, own.point(0)))) - best.objective[0])
-    at = _point_words({name: values[0] for name, values in own.values.items()})
+    solution = _solved(model)
+    words = f"the feasible set is right, but your problem is {solution.status.value}"
+    yield Condition(solution.status.has_answer, words, "check the objective")
+    gap = abs(float(np.asarray(evaluate(wanted.objective, solution.point(0)))) - best.objective[0])
+    at = _point_words({name: values[0] for name, values in solution.values.items()})
     words = f"the feasible set is right, but the optimum is wrong; yours is {at}"
     hint = "check the quantity that you maximise or minimise"
     size = max(best.second[0], abs(best.objective[0]))
@@ -67,13 +67,15 @@ def _declared(task: Task, answer: object, asked: Model | Program, unknowns: str)
     if isinstance(asked, Model):
         raise InputError([Fault("answer", shown(answer), "a Model of optuav.modelling")])
     kind = answer if isinstance(answer, type) else type(answer)
-    known = [field for field in fields(kind) if field.init] if issubclass(kind, Formulation) else []
-    unset = [f.name for f in known if f.default is MISSING and f.default_factory is MISSING]
+    settable = (
+        [field for field in fields(kind) if field.init] if issubclass(kind, Formulation) else []
+    )
+    unset = [f.name for f in settable if f.default is MISSING and f.default_factory is MISSING]
     if unset and answer is kind:
         example = f"{kind.__name__}({', '.join(f'{name}=...' for name in unset)})"
         words = f"an object with {' and '.join(unset)} set, such as {example}"
         raise InputError([Fault("answer", shown(answer), words)])
-    if not {"building", "order"} <= {field.name for field in known}:
+    if not {"building", "order"} <= {field.name for field in settable}:
         words = "an optuav.Formulation that takes any building and order"
         raise InputError([Fault("answer", shown(answer), words)])
     stated: Any = kind() if answer is kind else answer

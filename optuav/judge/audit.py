@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 from optuav.errors import Fault, InputError
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.flight_plan import FlightPlan, Reached, is_flight, reached, read_flight
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
@@ -73,7 +73,8 @@ class Audit(Judged):
         yield from _items(self)
         yield from self.event_blocks()
         capacity_As = float(self.subject.mission.pool.capacity_As)
-        share = f"{figure(TOLERANCE)} of the capacity ({figure(TOLERANCE * capacity_As, 3)} A s)"
+        size = figure(JUDGE_TOLERANCE * capacity_As, 3)
+        share = f"{figure(JUDGE_TOLERANCE)} of the capacity ({size} A s)"
         yield Facts([("Tolerance", f"{share}, of a limit, or of a figure")])
 
     def to_frame(self) -> DataFrame:
@@ -86,7 +87,7 @@ class Audit(Judged):
             "source": self.source,
             "mission": self.subject.mission.name,
             "flyable": self.flyable,
-            "tolerance": TOLERANCE,
+            "tolerance": JUDGE_TOLERANCE,
             "route": self.replay.route if self.replay else [],
             **(self.replay.times_s if self.replay else {}),
             "soc": dict(self.replay.soc) if self.replay else {},
@@ -190,7 +191,7 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
     mission, least = judged.subject.mission, min(row.available for row in along)
     left, reserve = along[-1].charge, mission.limits.min_soc
     side = f"{percent(abs(left - reserve))} {'above' if left >= reserve else 'below'} the reserve"
-    if abs(left - reserve) <= TOLERANCE:
+    if abs(left - reserve) <= JUDGE_TOLERANCE:
         side = "at the reserve"
     well = f"available well at least {percent(least)} full"
     yield "Margin", f"{percent(left)} of the charge left, {side}; {well}"

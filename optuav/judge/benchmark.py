@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Replay, replay, same, short_of
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
@@ -127,7 +127,7 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
         if event.kind not in IGNORED[perspective]:
             yield f"at {event.time_s:.2f} s {event.words}{event.value_and_limit}"
     left, least = found.soc.get(perspective, 1.0), found.mission.limits.min_soc
-    if "state of charge" in IGNORED[perspective] and left < least - TOLERANCE:
+    if "state of charge" in IGNORED[perspective] and left < least - JUDGE_TOLERANCE:
         yield f"the mission ends with {short_of(left, least)}"
 
 
@@ -178,4 +178,4 @@ def _slack_s(found: Replay) -> float:
     if stays and (drawn_A := min(-stay.stages[0].net.current_A for stay in stays)) > 0.0:
         pool = found.mission.pool
         time_s += float(pool.capacity_As / (pool.available_fraction * drawn_A))
-    return SLACK * TOLERANCE * time_s
+    return SLACK * JUDGE_TOLERANCE * time_s

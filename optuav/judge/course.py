@@ -13,7 +13,7 @@ from optuav.physics import kibam, packs
 from optuav.physics.kibam import Battery, Wells, held, holding_current
 from optuav.plan.trace import FlightEvent, Trace
 
-TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
+JUDGE_TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
 
 FULL = 1e-12  # Share of the capacity that rounding may cost a full well [-]
 
@@ -83,7 +83,7 @@ def pooled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
     # y1 leaves its bounds within a stretch only if it is outside at the end, so the ends decide
     # whether it does, and the first stretch that ends outside is searched for the moment.
     ends_As = np.array([*(stretch.before[0].available_As for stretch in stretches[1:]), wells[0]])
-    full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
+    full_As, slack_As = float(pool.full.available_As), JUDGE_TOLERANCE * float(pool.capacity_As)
     dry, over = "the available well runs dry", "charging drives the available well past full"
     events = list[FlightEvent]()
     for kind, crossing_s, beyond, limit_As, worst, words in (
@@ -143,7 +143,7 @@ def scheduled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
         for each in (stage for phase in phases for stage in phase.stages):
             unflown_s = min(max(each.end_s - end_s, 0.0), each.duration_s)
             missing_As += float(each.drawn.current_A) * unflown_s
-        if missing_As > TOLERANCE * float(mission.pool.capacity_As):
+        if missing_As > JUDGE_TOLERANCE * float(mission.pool.capacity_As):
             words = "no pack is left to fly on"
             events.append(FlightEvent("empty", end_s, words, -missing_As, 0.0, "A s"))
     return Course(flown.pack, tuple(stretches), tuple(ends), tuple(events))

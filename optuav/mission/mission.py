@@ -516,8 +516,8 @@ def unknown_names(values: Mapping[str, object]) -> Iterator[Fault]:
     for key, value in values.items():
         name, _, field = key.partition(".")
         if key not in whole and field not in validation.keys_in_file(name):
-            known = [*whole, *validation.dotted_keys()]
-            yield Fault(key, shown(value), f"unknown key{nearest(key, known)}")
+            keys = [*whole, *validation.dotted_keys()]
+            yield Fault(key, shown(value), f"unknown key{nearest(key, keys)}")
 
 
 def _revise_items(table: str, items: list[object], values: Document) -> Iterator[Fault]:

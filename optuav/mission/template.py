@@ -218,11 +218,11 @@ class Drone(MissionSection):
         """The fault of a key of the mission in terms of the fields that it follows from."""
         names = self.sources.get(fault.key.removeprefix("flight."), ())
         values = {name: getattr(self, name) for name in names}
-        stated = {name: _shown(value) for name, value in values.items() if value is not None}
-        if not stated:
+        settings = {name: _shown(value) for name, value in values.items() if value is not None}
+        if not settings:
             return fault
         words = f"together must give {fault.key}, {fault.allowed}; together they give {fault.value}"
-        return Fault(", ".join(stated), ", ".join(stated.values()), words)
+        return Fault(", ".join(settings), ", ".join(settings.values()), words)
 
     def remarks(self) -> tuple[str, ...]:
         """Lines on the sources of the mission, and its assumptions."""

@@ -221,8 +221,8 @@ def _unknown(
         if home.endswith(f".{name}"):
             return f"unknown key; did you mean '{home}'?"
     of_file = {*model.model_fields, "schema", "extends", "buildings_file", "devices_file"}
-    known = of_file if len(key) == 1 else keys_in_file(str(key[0]))
-    return f"unknown key{nearest(name, known) if suggests else ''}"
+    keys = of_file if len(key) == 1 else keys_in_file(str(key[0]))
+    return f"unknown key{nearest(name, keys) if suggests else ''}"
 
 
 def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:

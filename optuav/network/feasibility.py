@@ -148,8 +148,8 @@ def advice(mission: Mission) -> Iterator[str]:
     battery = mission.battery
     recommended_A = battery.packs * battery.capacity_As / 3600.0
     if battery.charge_current_A > recommended_A:
-        stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
-        yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
+        setting = f"battery.charge_current_A = {battery.charge_current_A:g} A"
+        yield f"{setting} is above 1 C of the battery, {recommended_A:g} A"
     yield from _lag_doubt(mission)
     yield from rate_doubt(mission, _draws(network))
     yield from _radio_doubt(mission)

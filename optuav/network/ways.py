@@ -119,9 +119,9 @@ def build_ways(
     exempt = own[line] if own.ndim == 2 else own[row, line]
     blocker, waypoints_m = np.full(len(row), CLEAR), np.full((len(row), 1, 3), np.nan)
     paths_m = dict[int, Floats]()
-    known = np.isfinite(start_m + end_m).all(axis=1)
+    exists = np.isfinite(start_m + end_m).all(axis=1)
     for number, town in enumerate(towns):
-        (here,) = np.nonzero(known & (row // in_town == number))
+        (here,) = np.nonzero(exists & (row // in_town == number))
         blocker[here] = crossed(prisms(town), start_m[here], end_m[here], exempt[here])
         bent = here[blocker[here] != CLEAR]
         for end_in_m in (start_m, end_m):  # No way leads into a building

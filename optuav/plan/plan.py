@@ -289,8 +289,8 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        known = bool(faults)  # Of a mission that is refused, nothing else is said
-        faults += (e for e in _record_faults(error, source) if not known or e.key != "mission")
+        refused = bool(faults)  # Of a mission that is refused, nothing else is said
+        faults += (e for e in _record_faults(error, source) if not refused or e.key != "mission")
     refuse(faults)
     return plan, data
 

@@ -59,11 +59,11 @@ def question_blocks(plan: PlanData) -> Iterator[Block]:
 
 def verdict(plan: PlanData) -> str:
     """The answer in one sentence."""
-    known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
+    words = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
     if not plan:
-        return f"No plan: {known}"
+        return f"No plan: {words}"
     flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
-    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
+    return f"Hover {plan.hover_time_s:.2f} s ({words}){flies}"
 
 
 def heading(plan: PlanData) -> list[Line]:
@@ -104,8 +104,8 @@ def remarks(plan: PlanData) -> list[Line]:
 
 def warnings(plan: PlanData) -> list[Line]:
     """What keeps a plan from being flown, and a table that is not here."""
-    known = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
-    return [("Warning", warning) for warning in known]
+    sentences = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
+    return [("Warning", warning) for warning in sentences]
 
 
 def unknown_buildings(mission: Mission) -> str:
@@ -113,8 +113,8 @@ def unknown_buildings(mission: Mission) -> str:
     source, lacking = mission.buildings.source, mission.buildings.lacking
     if source is None or not lacking:
         return ""
-    known = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
-    return f"the table {label(Path(source.path))} is not here: {known}"
+    words = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
+    return f"the table {label(Path(source.path))} is not here: {words}"
 
 
 def counted_in(slot_s: float | None) -> str:
@@ -151,8 +151,12 @@ def times(plan: PlanData) -> list[tuple[str, str, str]]:
 
 def outcome(plan: PlanData) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
-    levels, own = plan.soc or {}, _counted_as(plan)
-    left = [f"{percent(levels[own])} by {own}"] if own != CHARGE and own in levels else []
+    levels, counted = plan.soc or {}, _counted_as(plan)
+    left = (
+        [f"{percent(levels[counted])} by {counted}"]
+        if counted != CHARGE and counted in levels
+        else []
+    )
     left += [f"{percent(levels[CHARGE])} of the battery"] if CHARGE in levels else []
     lines = [("Route", " → ".join(plan.route)), ("Charge left", ", ".join(left) or "unknown")]
     known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above

@@ -119,8 +119,8 @@ class Siting(Presented):
 
         A mission without a plan is unchanged. Raises `InputError` if that mission does not exist.
         """
-        known = Range("-", ge=0, lt=len(self.missions), whole=True)
-        refuse(misfits(("number", number, known)))
+        numbers = Range("-", ge=0, lt=len(self.missions), whole=True)
+        refuse(misfits(("number", number, numbers)))
         mission, laser = self.missions[number], int(self.laser[number])
         if laser < 0:
             return mission
@@ -370,8 +370,8 @@ def place_laser(
     if refine and best.sites:
         reach_m = 0.5 * _nearest_m(table_m, best.sites)
         at_m, hover_s = refined(times, at_m, hover_s, reach_m, value)
-    asked = loaded, table_m, perspective, at_least_s
-    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s), int(lasers), names)
+    question = loaded, table_m, perspective, at_least_s
+    return Siting(*question, best, times_s, at_m, hover_s, value(hover_s), int(lasers), names)
 
 
 def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:

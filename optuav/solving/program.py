@@ -16,6 +16,8 @@ import numpy.typing as npt
 from formulations.p2 import P2
 from formulations.soc import AVAILABLE
 from optuav.arrays import Floats, Integers, plain
+from optuav.engines.bracket import NAME as BRACKET
+from optuav.engines.bracket import PROOF_OF_NONE
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import AUTO, Engine, engine_names, of_the_package, takers
@@ -42,6 +44,7 @@ from optuav.solving.question import Question, engine_for, solve_model
 from optuav.solving.ranking import best
 from optuav.solving.route_models import RouteModel, declarations, permitted_routes
 from optuav.solving.route_plan import plan_of, replayed
+from optuav.solving.wanted_hover import shortest_for_hover
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -382,7 +385,18 @@ class Program:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
             return replayed(packs_by_schedule(question, network, self.parts))
-        return self.plan(self.answers())
+        changed = any(part.was_exposed for part in self.parts)
+        answers = None if changed else shortest_for_hover(question, network)
+        if answers is None:
+            return self.plan(self.answers())
+        if not answers:
+            asked, why = (
+                replace(question, engine=BRACKET),
+                shortfalls(question, network, self.parts),
+            )
+            return plan_without(asked, network, Status.INFEASIBLE, PROOF_OF_NONE, why)
+        parts, solutions = zip(*answers, strict=True)
+        return replace(self, parts=parts).plan(solutions)
 
     def answers(self) -> list[Solution]:
         """Return the engine's answers to all programmes, one `Solution` per part."""

@@ -124,8 +124,8 @@ class MethodComparison(Comparison):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the verdict, gaps by problem, what each method is worth, and how it knows."""
-        name, known = self.mission.name, f"{self.perspective}, by every method"
-        yield Heading(f"{name}: longest hover Δ, {known}")
+        name, question = self.mission.name, f"{self.perspective}, by every method"
+        yield Heading(f"{name}: longest hover Δ, {question}")
         feasible = any(row["hover_time_s"] is not None for row in self.rows)
         yield Note([*self._verdict(feasible)])
         if feasible:
@@ -192,16 +192,16 @@ class MethodComparison(Comparison):
                 kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
                 proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
         yield Table(["method", "largest gap [s]", "its bound [s]", "agree", *times], rows)
-        known = [
+        notes = [
             f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
             for kind, words in proofs.items()
         ]
         relaxed = [row["relaxation_s"] for row in self.rows if row["relaxation_s"] is not None]
         if limits := " or ".join(dict.fromkeys(f"{bound_s:.3f} s" for bound_s in relaxed)):
-            known.insert(
+            notes.insert(
                 0, f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
             )
-        yield Note(known)
+        yield Note(notes)
 
     def pictures(self) -> Pictures:
         """Yield what slots cost, by their length."""

@@ -241,18 +241,18 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
     faults += keys_of_missing_tables(mission, numeric)
     wrong = {fault.key for fault in faults}
     forms = [(name, form) for name, form in forms if name not in wrong]
-    known = _known(mission)
-    starts = {name: ends for name, form in forms if name not in known and (ends := _start(form))}
+    numbers = _known(mission)
+    starts = {name: ends for name, form in forms if name not in numbers and (ends := _start(form))}
     with collected(faults):
         for values in zip(*starts.values(), strict=True):
             now = as_stated(mission, dict(zip(starts, values, strict=True)))
             mission = mission.replace(now)
-    known = _known(mission)
+    numbers = _known(mission)
     for name, form in forms:
-        if name in starts.keys() - known.keys():
+        if name in starts.keys() - numbers.keys():
             continue  # It has its fault
         with collected(faults):
-            spreads_found.append(_per_second(_spread(known, name, form), known[PER_SECOND]))
+            spreads_found.append(_per_second(_spread(numbers, name, form), numbers[PER_SECOND]))
             _refuse_ends(mission, spreads_found[-1])
     varied = Counter(key.name for spread in spreads_found for key in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
@@ -263,10 +263,10 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
 
 def _known(mission: Mission) -> dict[str, Key]:
     """The keys that may vary about a mission's own value."""
-    known = stated_keys(mission)
-    rate, allowed = known[PER_SECOND], numeric_keys()[PER_MINUTE]
+    keys = stated_keys(mission)
+    rate, allowed = keys[PER_SECOND], numeric_keys()[PER_MINUTE]
     minutes = replace(rate, name=PER_MINUTE, now=60.0 * rate.now, unit=allowed.unit)
-    return {**known, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
+    return {**keys, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
 
 
 def _per_second(spread: Spread, rate: Key) -> Spread:

@@ -132,10 +132,12 @@ class Scenarios:
         held = f"laser.{COEFFICIENTS[0]}" in columns
         if isinstance(laser, Laser) and WAVELENGTH in columns and not held:
             same = columns[WAVELENGTH] == laser.wavelength_nm
-            known, which = np.unique(columns[WAVELENGTH], return_inverse=True)
+            wavelengths, which = np.unique(columns[WAVELENGTH], return_inverse=True)
             for name in COEFFICIENTS:
                 coefficient = getattr(laser, name)
-                table = [CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in known.tolist()]
+                table = [
+                    CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in wavelengths.tolist()
+                ]
                 columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
         for key, sizes in DISPLACED.items():
             stated, changed = (
@@ -233,8 +235,8 @@ def _refuse_wavelengths(found: Scenarios) -> None:
     coefficients = [name for name in COEFFICIENTS if f"laser.{name}" in values]
     if WAVELENGTH not in values or not isinstance(laser, Laser):
         return
-    known = [*CONVERSIONS, laser.wavelength_nm]
-    unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in known]
+    fixed = [*CONVERSIONS, laser.wavelength_nm]
+    unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in fixed]
     if len(coefficients) < len(COEFFICIENTS) and (coefficients or unknown):
         value = ", ".join(coefficients) or f"{unknown[0]:g}"
         words = (

@@ -517,8 +517,8 @@ def _read_manifest(directory: Path) -> Manifest:
             raise files.refusal(path, f"{words}; choose another directory")
     text = files.read_text(path, LARGEST_MANIFEST, own=True)
     document = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
-    known = isinstance(document, dict) and (document.get("kind"), document.get("format"))
-    if known != (KIND, FORMAT):
+    kind_and_format = isinstance(document, dict) and (document.get("kind"), document.get("format"))
+    if kind_and_format != (KIND, FORMAT):
         raise files.refusal(path, "is not a manifest of a sweep of this version")
     with _damaged(path, "is damaged: its content does not match its hash"):
         manifest = Manifest.model_validate(document)

@@ -570,7 +570,7 @@ def test_shipped_directory_holds_missions_only() -> None:
 
 
 def test_every_charging_has_its_physics() -> None:
-    assert {*get_args(Charging)} == kibam.STEPS.keys()
+    assert {*get_args(Charging)} == kibam.STEP_BY_CHARGING.keys()
 
 
 def test_the_least_period_is_documented() -> None:

@@ -73,9 +73,7 @@ def test_auto_takes_the_first_that_takes_the_model(
 
 def test_model_that_no_engine_takes() -> None:
     """A kink in continuous times; the refusal says what the model is, and what would help."""
-    with pytest.raises(
-        InputError, match=r"model \(not smooth, 1 unknown\) in .*: set slot_s for"
-    ):
+    with pytest.raises(InputError, match=r"model \(not smooth, 1 unknown\) in .*: set slot_s for"):
         solve("paper", Kinked(), perspective="battery")
 
 
