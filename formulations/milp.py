@@ -127,9 +127,9 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
             else float(np.squeeze(value))
             for given in (route.given for route in routes)
         ]
-        stated = [value for value in values if value is not None]
-        shared = Parameter(quantity.name, value=stated[0], **quantity.metadata) if stated else None
-        alike = np.array_equal(stated, stated[:1] * len(stated), equal_nan=True)
+        noted = [value for value in values if value is not None]
+        shared = Parameter(quantity.name, value=noted[0], **quantity.metadata) if noted else None
+        alike = np.array_equal(noted, noted[:1] * len(noted), equal_nan=True)
         for number, (symbols, value) in enumerate(zip(found, values, strict=True), start=1):
             symbols[quantity.name] = shared
             if shared is not None and not alike:
@@ -139,10 +139,10 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
                 )
     for number, (symbols, route) in enumerate(zip(found, routes, strict=True), start=1):
         rests = route.given.rests
-        own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
+        of_route = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
         suffix, whole = f"[{number}]", route.given
         yield Given(
-            **own,
+            **of_route,
             rests=rests,
             landings=named_landings(whole.landings, suffix),
             hovers=tuple(named_hovers(whole.hovers, suffix)),

@@ -305,15 +305,15 @@ def _places(
         return {}, [
             Fault("columns", shown(headings[0]), "must have commas between the columns", source)
         ]
-    known = {heading: column for column in form.kinds for heading in form.headings(column)}
+    column_of = {heading: column for column in form.kinds for heading in form.headings(column)}
     columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
-        column = known.get(heading)
+        column = column_of.get(heading)
         if heading in form.unread:
             continue
         if column is None:
-            like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
-            words = f"must be a known column{like}; known are {', '.join(known)}"
+            like = nearest(heading, column_of) if place < MOST_SUGGESTIONS else ""
+            words = f"must be a known column{like}; known are {', '.join(column_of)}"
             if (column := form.named(heading)) is not None:
                 words = f"must have a unit that belongs to it, {' or '.join(form.headings(column))}"
             faults.append(Fault("column", shown(heading), words, source))

@@ -119,8 +119,8 @@ class ResultsTable(NamedTuple):
             if repr(changes) not in networks:
                 changed = mission.replace(changes) if changes else mission
                 networks[repr(changes)] = build_network(tie(changed, self.stated.tied))
-            known = quantities(networks[repr(changes)], row.given)
-            numbers += [known[label] for label in (*row.fit, *row.check)]
+            figures = quantities(networks[repr(changes)], row.given)
+            numbers += [figures[label] for label in (*row.fit, *row.check)]
         return np.array(numbers)
 
 
@@ -262,10 +262,10 @@ def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -
     """One panel a quantity that the table has."""
     rows = [(printed, value, role) for (printed, value), role in zip(pairs, roles, strict=True)]
     for quantity in get_args(Cell):
-        own = [(n.observed, x, n.row, role) for n, x, role in rows if n.quantity == quantity]
-        if own:
+        seen = [(n.observed, x, n.row, role) for n, x, role in rows if n.quantity == quantity]
+        if seen:
             words, _, unit = quantity.rpartition("_")
-            observed, computed, names, kinds = zip(*own, strict=True)
+            observed, computed, names, kinds = zip(*seen, strict=True)
             heads = words.replace("_", " "), SYMBOLS_OF_UNITS[unit]
             yield Panel(*heads, observed, computed, names, roles=kinds)
 
@@ -293,8 +293,8 @@ def read_table(path: Path) -> ResultsTable:
     base, mission = content.mission, None
     base = base if base in shipped() else str(resolve_from(path.parent, base))
     with collected(faults):
-        known = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
-        mission = tie(load(base).replace(known), tied)
+        changes = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
+        mission = tie(load(base).replace(changes), tied)
     numbers = list[TableNumber]()
     for place, row in enumerate(content.rows):
         faults += _faults_of_row(f"rows[{place}].given", row.given, mission)
@@ -331,8 +331,8 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
             table = table[part]
         value, words = shown(table.pop(last)), error_words(detail)
         if detail["type"] == "extra_forbidden":
-            known = (ResultsRow if place else ResultsFile).model_fields
-            words = f"unknown key{nearest(str(last), known)}"
+            keys = (ResultsRow if place else ResultsFile).model_fields
+            words = f"unknown key{nearest(str(last), keys)}"
         parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*place, last))
         faults.append(Fault("".join(parts)[1:], value, words))
     return _valid(document)[0], faults[::-1]

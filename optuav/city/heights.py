@@ -140,7 +140,7 @@ def _quoted(quotes: list[Quote], index: Any) -> pd.DataFrame:
     """The first value of each feature that cannot be read, and its name; empty if there is none."""
     quoted = pd.DataFrame({"unread": "", "of": ""}, index, dtype=object)
     for name, values, where in quotes:
-        stated = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
-        quoted.loc[stated, "unread"] = [*map(shown, values[stated])]
-        quoted.loc[stated, "of"] = name
+        quoting = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
+        quoted.loc[quoting, "unread"] = [*map(shown, values[quoting])]
+        quoted.loc[quoting, "of"] = name
     return quoted

@@ -104,8 +104,8 @@ def prices(
     model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
     parameters = [parameter for parameter in _moving(model) if parameter.name in rates]
     keys = stated_keys(program.network.mission).values()
-    known = {(key.name, key.unit.replace("-", "1")): key for key in keys}
-    known_keys = [known.get((parameter.key, parameter.unit)) for parameter in parameters]
+    key_of = {(key.name, key.unit.replace("-", "1")): key for key in keys}
+    known_keys = [key_of.get((parameter.key, parameter.unit)) for parameter in parameters]
     row, keyed = model.row(chosen[1]), zip(parameters, known_keys, strict=True)
     steps = [_step(p, key, float(row[p.name])) for p, key in keyed]
     again = [not brief or any(rates[p.name]) for p in parameters]

@@ -307,9 +307,9 @@ def _prices_at(
         endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
         at_points = []
         for goal, rows in zip(goals, slopes, strict=True):
-            own, moving = goal[count:], rows[:, count:]
-            rates = side * (own - weights @ moving)
-            rates[np.abs(rates) <= SAME_VALUE * (np.abs(own) + weights @ np.abs(moving))] = 0.0
+            still, moving = goal[count:], rows[:, count:]
+            rates = side * (still - weights @ moving)
+            rates[np.abs(rates) <= SAME_VALUE * (np.abs(still) + weights @ np.abs(moving))] = 0.0
             blocked = (side * endless @ moving > size).any(axis=0)
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))

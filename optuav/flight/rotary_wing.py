@@ -229,13 +229,13 @@ class RotaryWing(CruisingModel):
 
     @property
     def needs_numbers(self) -> str | None:
-        stated = self.flight.cruise_speed_m_s is not None
-        if not _blows(self.wind.velocity_m_s) or (stated and self._never_slowed):
+        has_speed = self.flight.cruise_speed_m_s is not None
+        if not _blows(self.wind.velocity_m_s) or (has_speed and self._never_slowed):
             return None
-        slower = " that flight.max_speed_m_s allows against the wind" * stated
+        slower = " that flight.max_speed_m_s allows against the wind" * has_speed
         return (
             "in a wind the speed of a leg depends on its direction; "
-            f"state {'a ' * stated}flight.cruise_speed_m_s{slower}"
+            f"state {'a ' * has_speed}flight.cruise_speed_m_s{slower}"
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

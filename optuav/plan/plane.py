@@ -53,15 +53,15 @@ class Cut(NamedTuple):
 
         What is far from the line of the limit is clipped, so that its digits tell the line.
         """
-        known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
-        finite, near = np.isfinite(known), np.zeros(known.shape, dtype=bool)
-        for holds, beside in ((known >= 0.0, near), ((known >= 0.0).T, near.T)):
+        bounded = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
+        finite, near = np.isfinite(bounded), np.zeros(bounded.shape, dtype=bool)
+        for holds, beside in ((bounded >= 0.0, near), ((bounded >= 0.0).T, near.T)):
             crossed = holds[1:] != holds[:-1]
             beside[1:] |= crossed
             beside[:-1] |= crossed
-        most = NEAR * np.abs(known[finite & near]).max(initial=0.0)
-        most = most or np.abs(known[finite]).max(initial=0.0) or 1.0
-        rounded = np.rint(np.clip(known / most, -1.0, 1.0) * WHOLE).astype(int)
+        most = NEAR * np.abs(bounded[finite & near]).max(initial=0.0)
+        most = most or np.abs(bounded[finite]).max(initial=0.0) or 1.0
+        rounded = np.rint(np.clip(bounded / most, -1.0, 1.0) * WHOLE).astype(int)
         return list[int](rounded.ravel().tolist())
 
     @property

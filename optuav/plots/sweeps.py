@@ -245,8 +245,8 @@ def _line_panels(
 ) -> tuple[str, str]:
     """Draw lines in every panel, with one legend; the labels of both axes."""
     across, each = _by_size(tables[0], keys)
-    known = np.concatenate([table.to_numpy().ravel() for table in tables])
-    limits = style.margins(known[np.isfinite(known)].tolist() or [0.0])
+    drawn_values = np.concatenate([table.to_numpy().ravel() for table in tables])
+    limits = style.margins(drawn_values[np.isfinite(drawn_values)].tolist() or [0.0])
     for ax, table in zip(panels, tables, strict=True):
         rows = [table.sel({each: value}) for value in table[each].values.tolist()]
         lines = [_line(sweep.value(each, float(row[each])), across, row) for row in rows]

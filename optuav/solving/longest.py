@@ -235,8 +235,8 @@ def longest(
             pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
     rows, x_top, y_top = _rows(given, count)
-    x, y, beyond = known = bracket_largest(rows, x_top, y_top, least=least_s)
-    return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
+    x, y, beyond = bracketed = bracket_largest(rows, x_top, y_top, least=least_s)
+    return Hovers(x, shortest(rows, bracketed, y_top) if shortest_rest else y, beyond)
 
 
 def shortest_rests(given: Quantities, count: int, hover_s: float) -> Floats:
