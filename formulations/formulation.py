@@ -200,7 +200,7 @@ class Formulation(ABC):
 
     def __repr__(self) -> str:
         """The class with its fields, without those that are rare where they are not stated."""
-        shown = (each.name for each in fields(self) if each.repr)
+        shown = (field.name for field in fields(self) if field.repr)
         settings = ((name, getattr(self, name)) for name in shown)
         options = [f"{k}={v!r}" for k, v in settings if k not in RARE or v is not None]
         return f"{type(self).__qualname__}({', '.join(options)})"

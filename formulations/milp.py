@@ -178,9 +178,9 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
     for option in options:
         number, route, _, choice = option
         times: list[Operand] = [0.0, 0.0]
-        for k, each in enumerate(shared[: 1 + route.given.rests]):
-            symbol = Indexed(each.symbol, number)
-            times[k] = model.variable(f"{each.name}[{number}]", symbol, unit="s")
+        for k, variable in enumerate(shared[: 1 + route.given.rests]):
+            symbol = Indexed(variable.symbol, number)
+            times[k] = model.variable(f"{variable.name}[{number}]", symbol, unit="s")
             own[k].append(times[k])
         for row in _rows(option):
             left, constant = row.left(*times), row.left(0.0, 0.0)
@@ -189,8 +189,8 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
             relation = Relation(left, row.sense, row.right * choice)
             label = PartedLabel(f"{row.name},", route.name)
             model.subject_to(label, relation, unit=row.unit, kind=row.kind)
-    for each, parts in zip(shared, own, strict=True):
-        model.subject_to(f"{each.symbol} of the route", each == total(parts), unit="s")
+    for variable, parts in zip(shared, own, strict=True):
+        model.subject_to(f"{variable.symbol} of the route", variable == total(parts), unit="s")
 
 
 def _big_m(model: Model, options: Sequence[_Option]) -> None:

@@ -288,7 +288,9 @@ def unit_doubts(
     least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
         meant = [
-            each for each, worth in SIZES_OF_UNITS[kind].items() if least <= size * worth <= most
+            usual_unit
+            for usual_unit, worth in SIZES_OF_UNITS[kind].items()
+            if least <= size * worth <= most
         ]
         heading = f"{column}_{next(iter(SIZES_OF_UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()

@@ -186,10 +186,10 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     mission = table.with_values(estimated.values.tolist())
     computed = table.computed(estimated.values.tolist()).tolist()
     pairs = list(zip(table.numbers, computed, strict=True))
-    unflown = {each.row for each, value in pairs if not math.isfinite(value)}
+    unflown = {number.row for number, value in pairs if not math.isfinite(value)}
     words = "a row that can be flown; none of the values tried can: start from others in [free]"
     refuse(Fault("rows", shown(name), words, label(paths[0])) for name in sorted(unflown))
-    keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
+    keys = [(number.quantity, number.observed, round(value, DIGITS)) for number, value in pairs]
     different, count = set(compress(keys, fits)), int(fits.sum())
     roles: list[Role] = [
         "fitted" if fit else "repeat" if key in different else "predicted"
@@ -254,7 +254,7 @@ def value_of(mission: Mission, key: str) -> Any:
 def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
     """The mission with its tied keys at the product of theirs."""
     factors = {key: [value_of(mission, name) for name in names] for key, names in tied.items()}
-    products = {key: math.prod(each) for key, each in factors.items() if None not in each}
+    products = {key: math.prod(parts) for key, parts in factors.items() if None not in parts}
     return mission.replace(products) if products else mission
 
 

@@ -124,7 +124,7 @@ def _of_openstreetmap(
                 # A way and a relation may have one number.
                 return frame if frame.index.is_unique else frame.reset_index(drop=True), remarks
         except InputError as error:
-            raise InputError(replace(each, source=label(file)) for each in error.faults) from None
+            raise InputError(replace(fault, source=label(file)) for fault in error.faults) from None
         except (RuntimeError, shapely.errors.ShapelyError):
             raise refusal(file, "cannot be read as OpenStreetMap") from None
 
@@ -153,7 +153,7 @@ def _of_parquet(file: Path, layer: str | None, bbox: Any) -> Any:
     try:
         geo = json.loads(geo_text)
         first = geo["columns"][geo["primary_column"]]
-        flat = [each.name for each in schema if not pyarrow.types.is_nested(each.type)]
+        flat = [field.name for field in schema if not pyarrow.types.is_nested(field.type)]
         if geo["primary_column"] not in flat:
             flat.append(geo["primary_column"])
         if len(flat) * rows > MOST_VALUES:
@@ -189,9 +189,9 @@ def _unpacked(file: Path, folder: Path) -> Path:
             if (size := sum(member.file_size for member in inside.values())) > LARGEST:
                 most = f"the {LARGEST / 1e6:g} MB that are unpacked"
                 raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
-            for name, each in inside.items():
-                if not each.is_dir():
-                    with archive.open(each) as packed, (folder / name).open("wb") as out:
+            for name, member in inside.items():
+                if not member.is_dir():
+                    with archive.open(member) as packed, (folder / name).open("wb") as out:
                         copyfileobj(packed, out)
             return folder / maps[0]
     except BROKEN_ZIP:

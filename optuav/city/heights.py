@@ -106,9 +106,9 @@ def _by_storeys(
     frame: Any, name: str, level_height_m: float, factor: float | None
 ) -> tuple[Floats, list[Quote]]:
     """Heights [m] by storeys, with the roof by its own storeys or its height, the more of both."""
-    values, on_top, top = column(frame, name), *(tag(frame, each) for each in MORE_TAGS[:2])
+    values, on_top, top = column(frame, name), *(tag(frame, key) for key in MORE_TAGS[:2])
     floors, top_floors, top_m = (
-        *(parsed(each, storeys) for each in (values, on_top)),
+        *(parsed(quoted, storeys) for quoted in (values, on_top)),
         lengths_m(top, factor),
     )
     above_m = np.fmax(np.fmax(top_floors * level_height_m, top_m), 0.0)

@@ -170,9 +170,9 @@ def _effects(
     for part, solution in zip(program.parts, solutions, strict=True):
         shape = (len(steps), len(part.routes))  # steps by row, routes by column
         values = {
-            name: np.array(np.broadcast_to(each.value, shape), dtype=float)
-            for name, each in part.model.given.items()
-            if np.ndim(each.value) or name in changed
+            name: np.array(np.broadcast_to(number.value, shape), dtype=float)
+            for name, number in part.model.given.items()
+            if np.ndim(number.value) or name in changed
         }
         for k, (parameter, step) in enumerate(steps):
             if parameter.name in values:

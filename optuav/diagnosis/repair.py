@@ -255,7 +255,7 @@ def searched(
 ) -> dict[Direction, Repair]:
     """Run searches in some directions together; every round judges all their values at once."""
     searches: dict[Direction, Search] = {way: search(*way) for way in ways}
-    values = {way: next(each) for way, each in searches.items()}
+    values = {way: next(search) for way, search in searches.items()}
     works, by_direction = dict[Trial, bool](), dict[Direction, Repair]()
     while values:
         trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)

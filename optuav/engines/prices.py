@@ -249,8 +249,8 @@ class ShadowPrices(Presented, dict[str, ShadowPrice]):
     def blocks(self) -> Iterator[Block]:
         """Yield a row for each parameter."""
         rows = [
-            (name, each.symbol, "" if each.unit == "1" else each.unit, *map(figure, self[name]))
-            for name, each in self.parameters.items()
+            (name, p.symbol, "" if p.unit == "1" else p.unit, *map(figure, self[name]))
+            for name, p in self.parameters.items()
         ]
         words = "Change of the best objective per unit of a parameter, the others held"
         heads = ("parameter", "symbol", "unit", "less", "more")
@@ -314,7 +314,7 @@ def _prices_at(
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))
     sides = np.transpose(gains).tolist()
-    return {name: ShadowPrice(*each) for name, each in zip(named, sides, strict=True)}
+    return {name: ShadowPrice(*ends) for name, ends in zip(named, sides, strict=True)}
 
 
 class Residuals(NamedTuple):

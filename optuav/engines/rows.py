@@ -332,8 +332,8 @@ def shares_of(stated: Sequence[StatedForm], name: str) -> tuple[float, ...]:
         kind
         for form, *_ in stated
         for monomial in form.terms
-        for each, kind in monomial
-        if each == name and kind != "time"
+        for factor, kind in monomial
+        if factor == name and kind != "time"
     }
     return tuple(sorted(shares)) or WHOLE
 

@@ -110,7 +110,7 @@ class RotaryWing(CruisingModel):
         """True if a stated cruise speed is below the cap in any direction, whatever varies."""
         speed_m_s, cap_m_s = self.flight.cruise_speed_m_s, self.flight.max_speed_m_s
         wind_m_s = self.wind.velocity_m_s
-        if not all(isinstance(each, int | float) for each in (speed_m_s, cap_m_s, *wind_m_s)):
+        if not all(isinstance(speed, int | float) for speed in (speed_m_s, cap_m_s, *wind_m_s)):
             return False
         return bool(speed_m_s + self._wind_speed_m_s <= cap_m_s)
 

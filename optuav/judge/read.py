@@ -32,7 +32,7 @@ def read(
     if isinstance(stated, Plan | Itinerary):
         return printable(stated.mission.name), stated, {}
     if isinstance(stated, Mapping):
-        document, here, source = {str(k): each for k, each in stated.items()}, Path(), "a dict"
+        document, here, source = {str(k): value for k, value in stated.items()}, Path(), "a dict"
         if document.get("kind") == KIND:
             plan, data = parse_plan(json.dumps(document, default=str), source, here)
             return printable(plan.mission.name), plan, data

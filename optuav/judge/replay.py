@@ -157,7 +157,7 @@ class Replay(Judged):
         """Route, times and charge left, in words; empty where the mission cannot be flown."""
         if not self.phases:
             return []
-        times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
+        times = (f"{name.split('_')[0]} {time_s:.2f} s" for name, time_s in self.times_s.items())
         levels = (f"{name} {percent(level)}" for name, level in self.soc.items())
         charge = f"{', '.join(levels)} left"
         return [("Route", " → ".join(self.route)), ("Times", ", ".join(times)), ("Charge", charge)]
@@ -185,7 +185,7 @@ class Replay(Judged):
         from optuav.plan.display import Levels, picture
 
         wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
-        phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
+        phases = ((phase.kind, phase.start_s, phase.end_s - phase.start_s) for phase in self.phases)
         full, passed_s = self.mission.pool.full, map(self.first_s, ("empty", "full"))
         return picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)
 

@@ -285,7 +285,7 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
 
 def _device_faults(over: str, mission: Mission, device: object) -> Iterator[Fault]:
     """Yield the fault of the name of a device: one of several must be named, a single one is it."""
-    names = [each.name for each in mission.devices]
+    names = [served.name for served in mission.devices]
     if device is None:
         if names and over in OF_SEVERAL:
             words = f"is missing; the mission has several devices: one of {first_ten(names)}"

@@ -133,7 +133,7 @@ class Plane(NamedTuple):
         """
         counted = [*grid.axes(self.model, self.parameters, slot_s), np.zeros(1)][:2]
         y, x = (np.linspace(0.0, values_s.max(initial=0.0), samples) for values_s in counted)
-        excesses = [e >= 0.0 for each, e in self._excesses(x, y) if each.relation.sense != "=="]
+        excesses = [e >= 0.0 for row, e in self._excesses(x, y) if row.relation.sense != "=="]
         feasible = np.all([np.ones((samples, samples), dtype=bool), *excesses], axis=0)
         reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
         seen = []
@@ -156,7 +156,7 @@ class Plane(NamedTuple):
         One that binds at a marked point is among them unless another one of its kind is.
         """
         touching = {label for point in marked for label in self._binding(*point)}
-        kept = [(each, e, e >= 0.0) for each, e in self._excesses(x, y)]
+        kept = [(row, e, e >= 0.0) for row, e in self._excesses(x, y)]
         bounding = [cut for cut in kept if cut[0].relation.sense != "=="]
 
         def all_hold(but: Booleans | None = None) -> Booleans:

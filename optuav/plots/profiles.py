@@ -311,7 +311,7 @@ def _draw_current(ax: Axes, stages: Sequence[_Stage]) -> None:
         for stage in stages:
             numbers.setdefault(stage.name, []).append(f"{stage.number}")
         words = {name: f"{name} ({', '.join(own)})" for name, own in numbers.items()}
-        entries = [style.swatch(COLOURS.get(name, GREY), each) for name, each in words.items()]
+        entries = [style.swatch(COLOURS.get(name, GREY), label) for name, label in words.items()]
         _legend_beside(ax, entries, "stages")
 
 

@@ -133,7 +133,9 @@ def _drawn(found: xarray.Dataset, ax: Axes | None) -> Iterator[tuple[str, Axes]]
 
 def _checked(found: xarray.Dataset) -> tuple[_Sweep, list[str]]:
     """What is swept, and the keys over which it is."""
-    rows = [name for name, each in getattr(found, "coords", {}).items() if each.dims == ROWS]
+    rows = [
+        name for name, coordinate in getattr(found, "coords", {}).items() if coordinate.dims == ROWS
+    ]
     if len(rows) == 1:
         found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
     hover_s, attributes = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})

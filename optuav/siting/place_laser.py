@@ -187,8 +187,8 @@ class Siting(Presented):
     def to_frame(self) -> DataFrame:
         """One row a mission: its name, its `laser`, and its ``hover_s`` with that [s]."""
         rows = [
-            (each.name, laser, hover_s[laser] if laser >= 0 else np.nan)
-            for each, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
+            (mission.name, laser, hover_s[laser] if laser >= 0 else np.nan)
+            for mission, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
         ]
         return frame(rows, ["mission", "laser", "hover_s"])
 

@@ -106,7 +106,9 @@ def _proof_of_none(parts: Sequence[RouteModel]) -> str:
     pooled = []
     for part in parts:
         model = copy(part.model)
-        model.constraints = [each for each in model.constraints if each.kind != "past full"]
+        model.constraints = [
+            constraint for constraint in model.constraints if constraint.kind != "past full"
+        ]
         pooled.append(RouteModel(model, part.routes))
     proof = proof_of_none(pooled)
     return f"{proof}, even if the packs were pooled" if proof else ""

@@ -295,7 +295,9 @@ def _network_of(mission: Mission, places: Places, buildings: Integers) -> Networ
 def _numbered(variants: Variants, question: Question) -> dict[str, Any]:
     """The best plans of variants of few routes, with the numbers that those have among all."""
     routes = variants.network.routes
-    plans = {name: np.array(each) for name, each in vars(best_plans(variants, question)).items()}
+    plans = {
+        name: np.array(values) for name, values in vars(best_plans(variants, question)).items()
+    }
     number = np.where(routes.building < 0, 0, 2 * routes.building + 2 - routes.rest_first)
     plans["route"] = np.append(number, -1)[plans["route"]]
     return plans
@@ -360,7 +362,7 @@ def _contending(variants: Variants, hover_s: Floats, perspective: Perspective) -
     may = np.zeros((variants.count, len(some)), bool)
     orders = ((from_origin, from_roof), 1), ((to_roof, to_destination), 0)
     for ((one, other), shared), by_wells in zip(orders, kept, strict=True):
-        shared_s, shared_As, _ = (each[:, [shared]] for each in variants.of_legs)
+        shared_s, shared_As, _ = (figures[:, [shared]] for figures in variants.of_legs)
         given = replace(
             table,
             flight_time_s=shared_s + one.duration_s + other.duration_s,

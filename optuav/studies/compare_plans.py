@@ -130,7 +130,7 @@ class PlanComparison(Comparison):
             yield Note(meanings)
         lines = list[str]()
         for proof in dict.fromkeys(map("; ".join, proofs.values())):
-            names = (name for name, each in proofs.items() if "; ".join(each) == proof)
+            names = (name for name, parts in proofs.items() if "; ".join(parts) == proof)
             lines.append(f"{', '.join(names)}: {proof}")
         reasons = dict.fromkeys(reason for row in self.rows for reason in row["reasons"])
         yield Note([*lines, *(f"Because {reason}" for reason in reasons)])

@@ -207,7 +207,7 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     """
     mission = load(mission)
     if not isinstance(beam := mission.beam, SpreadingBeam):
-        able = [shown(name) for name, each in BEAMS.items() if issubclass(each, SpreadingBeam)]
+        able = [shown(name) for name, kind in BEAMS.items() if issubclass(kind, SpreadingBeam)]
         words, value = f"must be {' or '.join(able)}, a beam that spreads", ""
         if mission.laser and mission.laser.beam:
             value = shown(mission.laser.beam)

@@ -206,7 +206,7 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
         faults += [fault] if fault else []
     lengths = {len(value) for value in values.values()}
     if paired and len(lengths) > 1:
-        words = ", ".join(f"{len(each)} of {key}" for key, each in values.items())
+        words = ", ".join(f"{len(column)} of {key}" for key, column in values.items())
         faults.append(Fault("paired", words, "one length for all keys"))
     return values
 
