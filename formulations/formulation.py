@@ -43,7 +43,7 @@ class Given(Quantities):
         if name.startswith("_"):
             raise AttributeError(name)
         if isinstance(key := (others := self._symbols()).get(name), str):
-            raise AttributeError(f"given has no {name!r}: the mission does not state {key}")
+            raise AttributeError(f"given has no {name!r}: the mission does not set {key}")
         if name not in others:
             options_of = [name for name in dir(type(self)) if not name.startswith("_")]
             hint = nearest(
@@ -212,7 +212,7 @@ class Formulation(ABC):
 
     @abstractmethod
     def declare(self, model: Model, given: Given) -> None:
-        """State unknowns, objective and constraints on the model."""
+        """Declare unknowns, objective and constraints on the model."""
 
     def model(self, quantities: Quantities, perspective: Perspective) -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
@@ -223,18 +223,18 @@ class Formulation(ABC):
         return model.with_values(values) if values else model
 
     def declared(self, quantities: Quantities, perspective: Perspective) -> tuple[Model, Values]:
-        """The declared model, and the values of its parameters where they are not its own.
+        """Return the declared model, and values of its parameters if it holds none itself.
 
-        A problem of the package is declared once for all itineraries of a kind, over NaN. The
-        title is the first line of the class's docstring. Stays that nothing else decides are to be
-        as short as possible, last of all, so that answers of routes can be compared.
+        A problem of the package is declared once for all itineraries of a kind, over NaN. The title
+        is the first line of the class's docstring. If nothing else decides the length of a stay, it
+        is as short as possible, so that answers of routes can be compared.
 
         Raises
         ------
         InputError
             If no unknown or no objective is declared, the perspective is `available` and
-            `given.keep_wells` is not called, or a problem of a user keeps the reserve at the end
-            alone where the mission says ``limits.keep_soc = "always"``.
+            `given.keep_wells` is not called, or a user's problem keeps the reserve only at the end
+            although the mission sets ``limits.keep_soc = "always"``.
         """
         if type(self).__module__.partition(".")[0] != __package__:
             # A problem of a user may look at numbers, so that it is declared each time.
@@ -365,7 +365,7 @@ def _must_keep_landings(formulation: Formulation, model: Model, count: int) -> N
     if 0 < kept <= count:
         call = "call given.keep_charge(model, label, hover, rest) in declare"
         words = f"{formulation.name} keeps the reserve at the end only, not at landings: {call}"
-        raise InputError(f"{words}, or state limits.keep_soc = 'end'")
+        raise InputError(f"{words}, or set limits.keep_soc = 'end'")
 
 
 def _decided(goal: Operand) -> Iterable[str]:

@@ -64,10 +64,10 @@ def register(thing: Thing) -> Thing:
     ----------
     thing
         A class of flight models, for ``flight.model``; a class of beams, for ``laser.beam``; a
-        problem, as a class or an instance, for ``problem``; an engine, an instance, for
-        ``engine``; or a picture, a function of a plan that returns axes of matplotlib, which
-        `optuav.plots.save_pictures` saves under the name of the function. One that was registered
-        under its name is replaced: load missions again after that.
+        problem, as a class or an instance, for ``problem``; an engine, an instance, for ``engine``;
+        or a picture, a function of a plan that returns axes of matplotlib, which
+        `optuav.plots.save_pictures` saves under the name of the function. It replaces an earlier
+        thing of the same name: load missions again after that.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def register(thing: Thing) -> Thing:
     Raises
     ------
     InputError
-        With everything that it lacks, or if the package has one of its name.
+        With everything that the thing lacks, or if the package has a thing of the same name.
 
     Examples
     --------

@@ -163,16 +163,16 @@ def fit_kibam(
     Parameters
     ----------
     files
-        CSV files, with the loads of one pack, like the capacity of a mission. For lifetimes under
-        constant or repeating loads: columns ``load`` (a name), ``current_A``, ``duration_s``
-        (empty for a constant load), ``lifetime_s``, with a line for every piece of a load, in
-        order. Or a record ``time_s,current_A`` of one discharge, from full, whose last line is the
-        moment of cut-off. Currents are positive while discharging; other units go in the header,
-        as ``current_mA`` or ``lifetime_min``. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``),
-        AirData or DJI (CSV), each of one discharge from full to cut-off.
+        CSV files with the loads of one pack, to which the capacity of a mission also refers. For
+        lifetimes under constant or repeating loads: columns ``load`` (a name), ``current_A``,
+        ``duration_s`` (empty for a constant load), ``lifetime_s``, with a line for every piece of a
+        load, in order. Or a record ``time_s,current_A`` of one discharge, from full, whose last
+        line is the moment of cut-off. Currents are positive while discharging; other units go in
+        the header, as ``current_mA`` or ``lifetime_min``. Or logs of PX4 (``.ulg``), ArduPilot
+        (``.bin``), AirData or DJI (CSV), each of one discharge from full to cut-off.
     never_longer
-        Whether the capacity is scaled down until no fitted lifetime is longer than measured, and by
-        1 % more, for plans that will be flown. Wells whose rate is unknown then settle in 30 s.
+        Whether to scale the capacity down until no fitted lifetime is longer than measured, and by
+        another 1 %, for plans that will be flown. Wells whose rate is unknown then settle in 30 s.
     columns
         For a CSV of another program: the column that each of its headings stands for, such as
         ``{"Amps": "current_A"}``.
@@ -180,10 +180,10 @@ def fit_kibam(
     Returns
     -------
     Fit
-        With the lag, `Fit.lag`, and a warning where the data hardly tell the parameters apart;
-        without values where they determine neither them nor the lag, or where the best fit misses a
-        lifetime by more than a fifth and no jump over a pause explains it. Constant loads determine
-        the lag only: where 1/k' = 30 s fits as well, it is taken.
+        The fit, with the lag, `Fit.lag`, and a warning if the data hardly distinguish the
+        parameters. It has no values if the data determine neither them nor the lag, or if the best
+        fit misses a lifetime by more than a fifth and no jump over a pause explains it. Constant
+        loads determine only the lag: if 1/k' = 30 s fits as well, the fit uses it.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def fit_kibam(
         edge = ()
         missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
-            "no kinetic battery lasts like that, so no value is stated: the fit misses "
+            "no kinetic battery lasts like that, so optuav returns no value: the fit misses "
             f"{missed} by more than {percent(FAR)}; look at units, and whether it was one full "
             "battery each time"
         ]

@@ -85,9 +85,9 @@ def fit_regimes(
     files
         Flight logs as CSV: ``time_s``, ``current_A`` (positive while discharging), ``voltage_V`` or
         ``power_W``, and ``phase`` (flight, hover, rest, charge or other), ``speed_m_s`` or both.
-        Without phases a sample below a tenth of the usual current is rest, of the others one below
-        1 m/s is hover. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``), AirData or DJI (CSV), in
-        which hover and level flight are recognised, see `Fit.logs`.
+        Without phases, a sample below a tenth of the usual current is rest, and any other sample
+        below 1 m/s is hover. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``), AirData or DJI (CSV),
+        in which hover and level flight are recognised, see `Fit.logs`.
     columns
         For a CSV of another program: the column that each of its headings stands for, such as
         ``{"Amps": "current_A"}``.
@@ -102,8 +102,8 @@ def fit_regimes(
     Raises
     ------
     InputError
-        With every fault of the files, if the logs hold no flight and no hover, or if no mission may
-        state a load.
+        With every fault of the files, if the logs contain neither flight nor hover, or if a load is
+        outside the range of its key.
 
     Examples
     --------
@@ -181,7 +181,7 @@ def _values_of(loads: MeanLoads) -> tuple[list[Value], list[str]]:
                 value, reach = drawn - mean, math.hypot(ends.high - mean, resting.high - drawn)
                 ends = ConfidenceInterval(value - reach, value + reach)
             if value < 0.0 <= ends.high:
-                words = "lies no farther below 0 than the log leaves open: 0 is stated"
+                words = "lies no farther below 0 than the log leaves open: 0 is used"
                 warnings.append(f"{key} = {value:.3g} {words}")
                 value = 0.0
             values.append(Value(key, value, ORIGINS[phase], ends))

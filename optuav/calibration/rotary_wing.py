@@ -60,14 +60,14 @@ def fit_rotary_wing(
         ``blade_power_W``, ``induced_power_W``, ``induced_speed_m_s``, ``tip_speed_m_s`` and
         ``parasite_W_s3_m3`` of [flight] for ``flight.model = "rotary-wing"``, with 95 % intervals
         by profile likelihood; tips are at most as fast as sound, 340 m/s. As the power is the
-        battery's, ``flight.efficiency`` is 1 beside them. All five are stated, with a warning of
-        those that the data do not determine: the power follows the log only with all of them. If
-        the data determine none, none is stated.
+        battery's, ``flight.efficiency`` is 1 beside them. The fit returns all five, with a warning
+        for those that the data do not determine, because only all five together reproduce the
+        power. If the data determine none of them, it returns none.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if no mission may state a coefficient.
+        With every fault of the files, or if a coefficient is outside the range of its key.
 
     References
     ----------

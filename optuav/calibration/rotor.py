@@ -75,13 +75,13 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Keys of [rotor]. Steady speeds do not show the inertia, data sheets neither the largest
-        speed nor the damping: the mission keeps its own.
+        Keys of [rotor]. Steady speeds do not show the inertia, and data sheets show neither the
+        largest speed nor the damping; for these, the mission keeps its own values.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if no mission may state a constant.
+        With every fault of the files, or if a constant is outside the range of its key.
 
     References
     ----------

@@ -141,8 +141,8 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Intervals follow from the resolution, and from the residuals where those are larger. With
-        a warning where the values do not meet the table.
+        The fit, whose intervals follow from the resolution, or from the residuals if these are
+        larger. It has a warning if the values do not meet the table.
 
     Raises
     ------
@@ -201,7 +201,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         warnings.append(f"the values do not meet the table: {words}")
     if again := count - len(different):
         repeat = f"{plural(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
-        warnings.append(f"{repeat}: state it as a check, or the intervals are too narrow")
+        warnings.append(f"{repeat}: use it as a check, or the intervals are too narrow")
     values = estimated.values_for_mission(f"fitted to {plural(count, 'number')} of the table")
     sure = [key for key in tied if any(value.stated for value in values)]
     settings = {**table.stated.known, **{key: rounded(value_of(mission, key)) for key in sure}}

@@ -90,7 +90,7 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if head.get("type") == "CityJSON":
         return solids(parts, file)
     if head.get("type") == "CityJSONFeature":
-        raise refusal(file, "is CityJSONSeq without its first line, which states the scale")
+        raise refusal(file, "is CityJSONSeq without its first line, which contains the scale")
     if isinstance(whole.get("elements"), list):
         said = whole.get("remark")  # On a time-out, after which elements are missing
         remark = (f"Overpass says {said[:LONGEST_REMARK]!r}",) if isinstance(said, str) else ()
@@ -107,7 +107,7 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if "crs" not in whole and not on_map:  # GeoJSON without a system should be in degrees
         frame = frame.set_crs(None, allow_override=True)
     if "crs" not in whole:
-        frame.attrs[WHY] = "is GeoJSON that states no system, so it is in"
+        frame.attrs[WHY] = "is GeoJSON without a reference system, so it is in"
     return frame, ()
 
 
@@ -232,11 +232,11 @@ def placed(file: Path, frame: Any, system: pyproj.CRS | None) -> Any:
         frame = frame.set_crs(None, allow_override=True)
     if frame.crs is not None and not _is_of_maps(frame.crs):
         if system is None:
-            words = f"states {shown(frame.crs.name)}, which is not a system of maps"
-            raise refusal(file, f"{words}; state it as crs")
+            words = f"states {shown(frame.crs.name)}, which is not a map reference system"
+            raise refusal(file, f"{words}; specify it as crs")
         frame = frame.set_crs(None, allow_override=True)
     if system is None and frame.crs is None:
-        raise refusal(file, "has no coordinate reference system; state it as crs")
+        raise refusal(file, "has no coordinate reference system; specify it as crs")
     if system is None or _same(frame.crs, system):
         return frame
     if frame.crs is not None:

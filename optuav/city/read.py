@@ -203,12 +203,12 @@ def _origin(file: Path, town: Any, origin: tuple[float, float] | None) -> tuple[
     if origin is None:
         if east - west > HALF_TURN:
             middle = f"180 and {(south + north) / 2:.6g} for example"
-            raise refusal(file, f"lies on both sides of the antimeridian: state origin, {middle}")
+            raise refusal(file, f"lies on both sides of the antimeridian: set origin, {middle}")
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
     ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
     if max(pyproj.Geod(ellps="WGS84").inv(*ends)[2]) > FARTHEST_M:
         words = f"has buildings more than {FARTHEST_M / 1e3:g} km from longitude, latitude"
-        raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or a nearer origin")
+        raise refusal(file, f"{words} = {origin}: choose a part of it by bbox, or a nearer origin")
     return origin
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import optuav
 from optuav.cli.options import numbers_in
@@ -51,8 +51,10 @@ def coverage(
     faults += [*_goes_with("hours", hours, of_event), *_faults_of_files(flights, start, climb_m)]
     apart_m: tuple[float, ...] | None = None
     if separation_m is not None and hours is not None:
+        from optuav.service.cycle import step_of
+
         with collected(faults):
-            apart_m = _separation_m(separation_m)
+            apart_m = step_of(_separation(separation_m))
     with collected(faults):
         cycle = optuav.coverage(
             out.mission(mission),
@@ -104,12 +106,10 @@ def _faults_of_files(
         yield from faults_of_flights(start, climb_m)
 
 
-def _separation_m(words: str) -> tuple[float, ...]:
-    """How far hover points of drones are apart [m], of one number or three; or an `InputError`."""
-    from optuav.service.cycle import step_of
-
-    numbers = numbers_in(words)
-    return step_of(numbers[0] if len(numbers) == 1 else numbers or words)
+def _separation(text: str) -> float | str | Sequence[float]:
+    """What --separation-m states: a number, a step, or a text that is neither."""
+    numbers = numbers_in(text)
+    return numbers[0] if len(numbers) == 1 else numbers or text
 
 
 def _goes_with(name: str, value: object, options: Mapping[str, object]) -> Iterator[Fault]:
@@ -168,11 +168,14 @@ def size(
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
     hours: float | None = None,
+    separation_m: str | None = None,
     *,
     out: StudyOptions,
 ) -> None:
     """Count the drones, beams, pads, bays and packs of a fleet, for each way to charge."""
-    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
+    apart_m: Any = None if separation_m is None else _separation(separation_m)
+    loaded = out.mission(mission)
+    table = optuav.size_fleet(loaded, prices, share, overlap_s, swap_s, hours, apart_m)
     out.deliver(table)
 
 

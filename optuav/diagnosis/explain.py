@@ -77,7 +77,7 @@ WITHOUT_STOPS = (
 )
 HELD = "constraints and prices are those at the hover point found, which has no price of its own"
 AT_SPEEDS = "constraints and prices are those at the speeds found"
-NO_SPEEDS = "this is for the speeds that the mission states; at others no plan was found either"
+NO_SPEEDS = "this is for the speeds that the mission sets; at other speeds no plan was found either"
 NOWHERE = "this is for hovering at w_U; elsewhere within reach no plan was found either"
 LONGEST_STATEMENT = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
@@ -96,7 +96,7 @@ def explain(
 ) -> Explanation:
     """Explain an answer: binding constraints and prices, or conflicts and repairs.
 
-    For P1 with several stops, it states their gain over one rest and one hover.
+    For P1 with several stops, it gives their gain over one rest and one hover.
 
     Parameters
     ----------
@@ -119,8 +119,8 @@ def explain(
     ------
     InputError
         If an option does not exist, contradicts another or comes with anything but a mission; if
-        the engine does not take the problem; or if a plan does not record its question, as one over
-        an edited graph or of a formulation of one's own.
+        the engine does not accept the problem; or if a plan does not record its question, such as a
+        plan over an edited graph or of a user's formulation.
     SolverError
         If the engine fails.
 
@@ -376,7 +376,7 @@ def _optimum(
         belong = "constraints, proof and prices belong to"
         notes.append(f"an answer in slots has no shadow prices: {belong} {best}")
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
-        notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
+        notes.append(f"solving again returns {hover_s:.6f} s of hover, not the plan's")
     if len(tied) > 1:
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
         ways = ", ".join(" → ".join(route) for route in routes[:4])

@@ -127,7 +127,7 @@ def route(plan: Plan) -> str:
             rest = f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}"
             stays.append(rest if kind == "rest" else "hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
-    return _sentence_words(words) if stays else ""
+    return sentence(words) if stays else ""
 
 
 def header(program: Program, explained: Findings) -> dict[str, object]:
@@ -208,8 +208,8 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     return Curve(role, words, short, SYMBOLS.get(role, ""))
 
 
-def _sentence_words(words: str) -> str:
-    """Words as a sentence, none for none; a symbol of a user's problem keeps its case."""
+def sentence(words: str) -> str:
+    """Return words as a sentence, none for none; a symbol of a user's problem keeps its case."""
     if not words:
         return ""
     first, *_ = words.split(" ")
@@ -236,7 +236,7 @@ def binding(explained: Findings) -> str:
         words = f"neither {' nor '.join(reversed(loose))} binds"
     else:
         words = f"{loose[0]} does not bind" if loose else ""
-    return _sentence_words(words)
+    return sentence(words)
 
 
 def _landed(side: ConstraintAtOptimum) -> str:
@@ -257,7 +257,7 @@ def gains_in_words(explained: Findings) -> str:
         return ""
     (first, most), *others = gains
     also = "".join(f", {what} {gain}" for what, gain in others)
-    return _sentence_words(f"{first} gives {most} of hover{also}")
+    return sentence(f"{first} adds {most} of hover{also}")
 
 
 MAY_BE_IDLE = ("limits.deadline_s", "limits.min_soc", "laser.power_W", "battery.charge_current_A")

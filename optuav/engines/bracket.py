@@ -395,7 +395,7 @@ def some_point(
 
 @dataclass(frozen=True)
 class Bracket(Engine):
-    """The engine of the longest time that limits of battery wells allow.
+    """The engine that finds the longest time within the limits of the battery's wells.
 
     Examples
     --------

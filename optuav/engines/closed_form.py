@@ -41,7 +41,7 @@ def solve(
     """
     unknowns, numbers = len(model.variables), values or {}
     if not 1 <= unknowns <= MOST_UNKNOWNS:
-        raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
+        raise ValueError(f"{NAME} accepts one or two unknowns, the model has {unknowns}")
     lower = [evaluate(variable.lower, numbers) for variable in model.variables]
     for variable, bound in zip(model.variables, lower, strict=True):
         if np.isneginf(bound).any():

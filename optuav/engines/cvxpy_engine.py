@@ -80,7 +80,7 @@ def installed(
         options |= {"presolve": "off", "mip_heuristic_run_feasibility_jump": False}
     if time_limit_s is not None:
         if name not in TIME_LIMITS:
-            raise InputError(f"the solver {name} takes no time limit")
+            raise InputError(f"the solver {name} accepts no time limit")
         options[TIME_LIMITS[name]] = time_limit_s
     return name, options
 

@@ -41,8 +41,8 @@ def preferred(model: Traits, slots: bool) -> Engine:
     if chosen is not None:
         return chosen
     in_slots = takers(model, slots)
-    more = f" in continuous times: state slot_s for engine {in_slots[0]}" if in_slots else ""
-    raise InputError(f"no engine takes this model ({model}){more}")
+    more = f" in continuous times: set slot_s for engine {in_slots[0]}" if in_slots else ""
+    raise InputError(f"no engine accepts this model ({model}){more}")
 
 
 def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> None:
@@ -51,7 +51,7 @@ def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> 
     if why := chosen.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"
         hint = linear if model.nonlinear and not chosen.nonlinear else ""
-        words = f"engine {chosen.name} does not take this model: {why}."
+        words = f"engine {chosen.name} does not accept this model: {why}."
         raise InputError(f"{words} Engines that do: {others}{hint}")
 
 

@@ -240,7 +240,7 @@ class Grid(OneByOne):
         if slot_s is None:
             raise InputError(f"engine {NAME} needs the length of a slot")
         if not 1 <= (unknowns := len(model.variables)) <= MOST_UNKNOWNS:
-            raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
+            raise ValueError(f"{NAME} accepts one or two unknowns, the model has {unknowns}")
 
         @np.errstate(divide="ignore", invalid="ignore", over="ignore")
         def solve(parameters: Mapping[str, float]) -> Solution:

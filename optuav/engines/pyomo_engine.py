@@ -44,7 +44,7 @@ class Pyomo(OneByOne):
     Parameters
     ----------
     solver
-        Name of a solver that Pyomo finds, by default HiGHS, which takes linear models.
+        Name of a solver that Pyomo finds, by default HiGHS, which accepts linear models.
     options
         Options of the solver, by its own names; HiGHS's options are checked.
 
@@ -88,7 +88,7 @@ class Pyomo(OneByOne):
 
     @property
     def nonlinear(self) -> bool:  # type: ignore[override]
-        """Whether the solver takes models that are not linear, as far as known."""
+        """Whether the solver accepts models that are not linear, as far as optuav knows."""
         return self.solver not in LINEAR
 
     @property

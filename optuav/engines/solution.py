@@ -343,7 +343,7 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
         return solution(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
     settled = [row for row in model.constraints if not has_unknowns(*row.relation.sides)]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
-        words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+        words = f"does not hold for all values of the unknowns: {', '.join(broken)}"
         return solution(Status.INFEASIBLE, "evaluated", words)
     return None
 

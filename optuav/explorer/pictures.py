@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from optuav.diagnosis.in_words import sentence
 from optuav.errors import InputError, NoPlanError
 from optuav.laser.beam import SpreadingBeam
 from optuav.network.network import Network
@@ -43,7 +44,9 @@ def picture(name: str, program: Program, plan: Plan, building: str | None) -> Da
     """A picture's data with the ends of its axes, or ``words`` on why none exists."""
     try:
         return {"name": name, **PICTURES[name](program, plan, building)}
-    except (InputError, NoPlanError) as error:
+    except NoPlanError as error:
+        return {"name": name, "words": sentence(str(error).removesuffix("."))}
+    except InputError as error:  # It begins with the name of a key
         return {"name": name, "words": str(error)}
 
 

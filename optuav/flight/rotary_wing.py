@@ -235,7 +235,7 @@ class RotaryWing(CruisingModel):
         slower = " that flight.max_speed_m_s allows against the wind" * has_speed
         return (
             "in a wind the speed of a leg depends on its direction; "
-            f"state {'a ' * has_speed}flight.cruise_speed_m_s{slower}"
+            f"set {'a ' * has_speed}flight.cruise_speed_m_s{slower}"
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

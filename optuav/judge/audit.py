@@ -119,15 +119,16 @@ def audit(
     plan
         A plan, an itinerary, or a file: a saved plan in JSON, whose figures are compared with the
         simulation, or an itinerary in TOML or JSON, which states ``schema = 1``, the ``mission``
-        and its ``[[stops]]``. A dict with the content of such a file does as well. Or a flight plan
-        of a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
+        and its ``[[stops]]``. A dict with the content of such a file works too. Or a flight plan of
+        a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
     mission
-        Only with a flight plan: the drone that flies it, its battery and limits, and the wind.
+        Only with a flight plan: the mission that provides the drone, its battery and limits, and
+        the wind.
 
     Returns
     -------
     Audit
-        The verdict, true where the plan can be flown; with the events that say why not.
+        The verdict, true if the plan can be flown, with the events that say why not.
 
     Raises
     ------
@@ -172,7 +173,7 @@ def subject_of(
             raise InputError([Fault("mission", shown(mission), words)])
         return (*read_flight(plan, mission), {})
     if is_flight(plan):
-        words = "is a flight plan: state the drone that flies it by mission, such as relay-today"
+        words = "is a flight plan: name the drone that flies it by mission, such as relay-today"
         raise InputError([Fault("", "", words, str(plan))])
     return read(plan)
 

@@ -211,8 +211,8 @@ class Replay(Judged):
 def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     """Simulate a plan from its mission, by the closed form of the battery model.
 
-    Only places, their order, the times of stays and figures stated in a graph are read from the
-    plan. Everything else is computed again, and compared with every figure that the plan states.
+    From the plan, it reads only the places, their order, the durations of stays, and figures that a
+    graph sets. It computes everything else again, and compares it with every figure in the plan.
 
     Parameters
     ----------
@@ -223,8 +223,8 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     Returns
     -------
     Replay
-        Its verdict `flyable` allows charge to miss its limits by 1e-6 of the capacity, and other
-        figures by 1e-6 of the limit.
+        The simulation. Its verdict `flyable` allows charge to miss its limits by 1e-6 of the
+        capacity, and other figures by 1e-6 of the limit.
 
     Raises
     ------
@@ -302,7 +302,7 @@ def _broken_limits(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterato
     for phase in flown:
         if phase.stated:
             where = "to" if phase.kind == "flight" else "at"
-            words = f"the {phase.kind} {where} {phase.end.name} has figures that the user stated"
+            words = f"the {phase.kind} {where} {phase.end.name} has figures that the user set"
             yield FlightEvent("stated", phase.start_s, words, violation=False)
         if phase.crosses != CLEAR:
             way = f"{phase.start.name} → {phase.end.name}"

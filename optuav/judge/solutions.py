@@ -129,12 +129,12 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
     Returns
     -------
     CheckedSolutions
-        Of each solution whether it holds, why not, and how it compares with the best known.
+        For each solution, whether it holds, why not, and how it compares with the best known.
 
     Raises
     ------
     InputError
-        With everything that is wrong with the file, unknown missions among it.
+        With everything that is wrong with the file, including unknown missions.
 
     Examples
     --------

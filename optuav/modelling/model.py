@@ -111,7 +111,7 @@ class Model(Declaration):
     def _aim(self, sense: Literal["maximise", "minimise"], objective: Operand, unit: str) -> None:
         if self.has_objective:
             already = f"the model {self.sense}s an objective already"
-            raise InputError(f"{sense}: {already}; state one, such as a weighted sum of both")
+            raise InputError(f"{sense}: {already}; use one, such as a weighted sum of both")
         self.sense, self.sign = sense, 1.0 if sense == "maximise" else -1.0
         self.objective, self.has_objective = objective, True
         self.objective_unit = unit or getattr(objective, "unit", "")

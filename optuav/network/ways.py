@@ -288,7 +288,7 @@ class Fences(NamedTuple):
                 break
             met = np.append(met, new)
             if len(met) > MOST_MET:
-                words = f'a way around met more than {MOST_MET} footprints; state "over"'
+                words = f'a route around met more than {MOST_MET} footprints; set "over"'
                 raise InputError([Fault("flight.obstacles", '"around"', words)])
             walls, _ = self.seen(met, *(np.tile(x, (len(met), 1)) for x in (start_m, end_m)))
             shortest_m = shortest_past(walls, ends_m)

@@ -31,6 +31,7 @@ NEAR = 4.0  # Multiple of the excess beside the line of a limit that a page tell
 BINDING_SLACK = 1e-6  # Largest slack of a binding constraint, as a share of its limit
 POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
+ABOVE = 1.02  # Least end of an axis per time of a marked plan, which so stands inside
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 
 
@@ -117,7 +118,8 @@ class Plane(NamedTuple):
         """
         counted = self.worth_seeing(given.slot_s, marked, SAMPLES)
         along = (
-            [*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted)
+            [*values_s[-1:], *(ABOVE * p[1 - k] for p in marked)]
+            for k, values_s in enumerate(counted)
         )
         round_s = [rounded_up(float(max(ends, default=0.0)) or given.deadline_s) for ends in along]
         ends_s = [(-BELOW * highest, float(highest)) for highest in highest_s or round_s]

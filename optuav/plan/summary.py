@@ -24,7 +24,7 @@ LEGEND = (
 )
 NUMBERED = re.compile(r"^[\w-]+\.[a-z] ")  # Beginning of a constraint's label that numbers it
 CHARGE, AVAILABLE = "battery", "available"  # Perspectives of the charge, and of the wells
-EDITED = "*: figures stated in the graph."
+EDITED = "*: figures set in the graph."
 TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
 

@@ -84,9 +84,7 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     step = float((high_m - low_m).max()) / GRID_STEPS if step_m is None else step_m
     columns, rows = (np.floor((high_m - low_m) / step + 1e-9).astype(int) + 1).tolist()
     if columns * rows > MOST_CANDIDATES:
-        words = (
-            f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: state a larger step"
-        )
+        words = f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: set a larger step"
         raise InputError([Fault("step_m", shown(step_m), words)])
     x_m, y_m = (low + step * np.arange(n) for low, n in zip(low_m, (columns, rows), strict=True))
     points = np.meshgrid(x_m, y_m)

@@ -200,6 +200,18 @@ def shortest_by_balance(hover_s: Floats, routes: Balance) -> Floats:
     return np.where(hover_s >= 0.0, rest_s, 0.0)
 
 
+@np.errstate(divide="ignore", invalid="ignore")
+def flight_and_rest_bounds_s(variants: Variants, hover_s: float) -> Floats:
+    """Lower bounds of T_fl + T' for a hover of at least Δ (route, variant) [s], by charge.
+
+    A hover that charges may need no rest, however long it lasts.
+    """
+    spare, drawn, gained, *_ = balance(variants, "battery")
+    short = np.where(np.asarray(drawn) > 0.0, drawn * hover_s - spare, 0.0)
+    rest_s = np.where(np.asarray(gained) > 0.0, np.maximum(short, 0.0) / gained, 0.0)
+    return np.asarray(variants.flight[0].T + rest_s)
+
+
 def _with_both(routes: Balance, spare: Quantity, drawn: Quantity) -> tuple[Floats, Floats]:
     """The most and the least Δ [s] with drawn · Δ ≤ spare + gained · T', with any T' in time."""
     gained = np.maximum(routes.gained, 0.0)

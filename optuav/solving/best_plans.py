@@ -27,7 +27,14 @@ from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import quantities, route_quantities, select, table_entries, transpose
-from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
+from optuav.solving.balance import (
+    TIMES,
+    Balance,
+    balance,
+    flight_and_rest_bounds_s,
+    longest_by_balance,
+    shortest_by_balance,
+)
 from optuav.solving.longest import longest, shortest_rests
 from optuav.solving.question import MOST_ROWS, Question, count_of_routes, solve_model
 from optuav.solving.ranking import tied
@@ -132,9 +139,8 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         permitted_routes(variants, problem, early == 0),
         type(problem) in LONGEST_HOVER_PROBLEMS,
     )
-    wanted_s = problem.hover_time_s if isinstance(problem, P2) else None
-    if wanted_s is not None and perspective == AVAILABLE and _always_draws(variants):
-        answers = _shortest_for_hover(variants, able, wanted_s)
+    if rests := rests_for_hover(variants, question, able):
+        answers = rests
     elif perspective == "wells" or not longest_hover:
         answers = _answered(variants, question, able)
     elif perspective == AVAILABLE:
@@ -153,7 +159,7 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
     counted = soc[perspective if perspective in PAPER else "battery"]
     if winners.tapers:
         soc["battery"] = np.empty(len(variant))
-        for some, steps in _in_steps(variants, variant, route):
+        for some, steps in in_steps(variants, variant, route):
             soc["battery"][some] = tapered(steps, *(time_s[some] for time_s in times_s))
         counted = soc["battery"] if perspective == AVAILABLE else counted
     kept = np.ones(len(variant), bool)
@@ -193,28 +199,36 @@ def wants_hover(question: Question) -> bool:
 
 
 def _always_draws(variants: Variants) -> bool:
-    """Whether every hover takes charge from the battery, and charging is at constant current."""
+    """Whether every hover takes charge from the battery."""
     received_A = variants.received[0][:, variants.network.places.hovers]
-    return not route_quantities(variants).tapers and bool(
-        np.all(variants.hover_load.current_A > received_A)
-    )
+    return bool(np.all(variants.hover_load.current_A > received_A))
 
 
-def _shortest_for_hover(variants: Variants, able: Booleans, hover_s: float) -> TiedPlans:
-    """The shortest flights and rests that tie, for a hover time that every hover takes charge for.
+def rests_for_hover(variants: Variants, question: Question, able: Booleans) -> TiedPlans | None:
+    """The shortest flights and rests that tie for a wanted hover through the wells.
 
-    A longer hover never needs less rest then.
+    None for other questions, and where an engine has to search: a longer hover than wanted never
+    needs less rest if every hover takes charge; else a bound by charge has to prove the answer.
     """
+    hover_s = question.problem.hover_time_s if isinstance(question.problem, P2) else None
     table = route_quantities(variants)
+    if hover_s is None or question.perspective != AVAILABLE or table.tapers:
+        return None
     variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
     rest_s = np.full(len(route), np.nan)
-    for some, steps in _in_steps(variants, variant, route):
+    for some, steps in in_steps(variants, variant, route):
         rest_s[some] = shortest_rests(steps, len(some), hover_s)
     known = ~np.isnan(rest_s)
     variant, route, rest_s = variant[known], route[known], rest_s[known]
     flown_s = np.broadcast_to(table_entries(table.flight_time_s, variant, route), rest_s.shape)
     best = tied(variant, flown_s + rest_s)
     variant, route, rest_s, flown_s = (x[best] for x in (variant, route, rest_s, flown_s))
+    if not _always_draws(variants):
+        least_s = np.where(able, flight_and_rest_bounds_s(variants, hover_s).T, np.inf).min(axis=1)
+        shortest_s = np.full(variants.count, np.inf)
+        np.minimum.at(shortest_s, variant, flown_s + rest_s)
+        if not np.all(shortest_s <= least_s + SAME_S):  # NaN where no route is able
+            return None
     codes = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return TiedPlans(variant, route, np.full(len(route), hover_s), rest_s, *codes, flown_s + rest_s)
 
@@ -230,7 +244,7 @@ def hover_times_s(variants: Variants, perspective: Perspective, least_s: float =
     most_s = _most_s(variants, able)
     hover_s = np.full(most_s.shape, -np.inf)
     route, variant = np.nonzero(most_s >= least_s)
-    for some, steps in _in_steps(variants, variant, route):
+    for some, steps in in_steps(variants, variant, route):
         times_s, *_ = bracketed(steps, len(some), shortest_rest=False, least_s=least_s)
         hover_s[route[some], variant[some]] = np.nan_to_num(times_s, nan=-np.inf)
     return hover_s.T
@@ -311,7 +325,7 @@ def _longest_by_wells(variants: Variants, able: Booleans) -> TiedPlans:
             route, variant = np.nonzero(left_s >= tops_s)
         else:
             route, variant = np.nonzero(open_)
-        for some, steps in _in_steps(variants, variant, route):
+        for some, steps in in_steps(variants, variant, route):
             at = route[some], variant[some]
             hovers = bracketed(steps, len(some), least_s=least_s[at[1]])
             hover_s[at], rest_s[at], beyond_s[at] = hovers
@@ -336,7 +350,7 @@ def _most_s(variants: Variants, able: Booleans) -> Floats:
     return most_s if tapers else np.minimum(most_s, _well_bound(variants, most_s))
 
 
-def _in_steps(
+def in_steps(
     variants: Variants, variant: Integers, route: Integers
 ) -> Iterator[tuple[Integers, Quantities]]:
     """Numbers of itineraries that one declaration serves, and their quantities with the steps.

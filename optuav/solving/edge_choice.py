@@ -92,7 +92,7 @@ def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
         and not has_energy
     ):
         words = f"must be battery or energy {with_form} and limits.keep_soc = 'always', unless "
-        words += "battery.flight_energy_J is stated: else the share of a leg depends on the others"
+        words += "battery.flight_energy_J is set: the share of a leg depends on the others"
         yield Fault("perspective", shown(question.perspective), words)
 
 

@@ -88,8 +88,8 @@ def longest_hovers(
 
     From a full kinetic battery [1]_, 0 ≤ y1 ≤ ωB at every moment, η = (y1 + y2)/B ≥ η0 at the end
     ([2]_ eqs (15), (16) and (19)), all within the deadline; charging is at constant current. Every
-    figure is a number, or an array of one shape for all routes. No answer depends, to the last bit,
-    on the others in the call.
+    figure is a number, or an array of one shape for all routes. To the last bit, no answer depends
+    on the other routes of the call.
 
     Parameters
     ----------
@@ -104,9 +104,10 @@ def longest_hovers(
     deadline_s, min_soc
         T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
     hover_current_A, rest_current_A
-        Net current drawn while hovering, and that charges while resting [A], up to 1e6 either way.
+        Net current that hovering draws, and net current that charges during a rest [A], up to 1e6
+        either way.
     shortest_rest
-        Whether to find the shortest T' for each Δ, which takes about half as long again.
+        Whether to find the shortest T' for each Δ, which takes about 1.5 times as long.
     keep_soc
         When η0 must be left: ``"end"``, or ``"always"`` for the end of every flight.
 
@@ -118,8 +119,8 @@ def longest_hovers(
     Raises
     ------
     InputError
-        If the steps differ, shapes differ, or figures are not numbers or are out of range; it lists
-        every fault.
+        With every fault: steps of another form, shapes that differ, and figures that are not
+        numbers or out of range.
 
     References
     ----------

@@ -87,7 +87,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Rout
     rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
     notes = [
         f"packs by schedule {schedule!r}: one flies while the laser charges another; charge that "
-        "full packs refuse is lost; only the state of charge battery counts that"
+        "full packs refuse is lost; only the perspective battery counts that"
     ]
     if clock.ended:
         proof = f"simulation that {clock.ended}, not proved"

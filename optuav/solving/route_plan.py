@@ -75,7 +75,7 @@ def plan_for(
             refused_As = begin_As + sum(phase.charge_As for phase in flown) - left_As
             if refused_As > ROUNDED_SOC * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
-                only = "only the state of charge battery counts that"
+                only = "only the perspective battery counts that"
                 notes.append(f"charging slowed down near full, it tapers: {refused}; {only}")
         hover_s = sum(phase.duration_s for phase in flown if phase.kind == "hover")
         found = {"objective": hover_s, "objective_unit": "s", **found, "phases": flown, "soc": soc}

@@ -45,9 +45,10 @@ class PowerCurve(Result):
     ----------
     speeds_m_s, rotor_power_W, battery_power_W, current_A
         (speed,) air speeds [m/s], the power at the rotors [W] (also `power_W`), and the power [W]
-        and the current [A] of the battery; it delivers more by 1 over ``flight.efficiency``.
+        and the current [A] of the battery. The battery's power is the rotors' divided by
+        ``flight.efficiency``.
     hover_power_W
-        At the rotors, in the mission's wind [W].
+        Power of the hover at the rotors, in the mission's wind [W].
     best_endurance_m_s, best_endurance_power_W, best_range_m_s, best_range_power_W
         Air speeds of least power and of least energy per metre, up to ``flight.max_speed_m_s``, in
         air at rest [m/s], and the power at the rotors there [W].

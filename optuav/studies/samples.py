@@ -69,17 +69,17 @@ def samples(
     count
         Number of samples, 1 to 1e7.
     method
-        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for
-        any count; or ``"latin-hypercube"``: each key has one sample in every of `count` equally
-        likely parts of its range [2]_.
+        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for any
+        count; or ``"latin-hypercube"``: each key has one sample in each of `count` equally likely
+        parts of its range [2]_.
     seed
         Seed of the samples, 0 to 2**63.
 
     Returns
     -------
     dict
-        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. Beside
-        an uncertain wavelength the conversion of the laser is held, as in a sensitivity.
+        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. If the
+        wavelength is uncertain, the laser's conversion stays fixed, as in a sensitivity.
 
     Raises
     ------
@@ -347,4 +347,4 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     if name in known:
         return known[name]
     refuse(unknown_keys([name]))
-    raise InputError([Fault(name, "", "the mission does not state it: state low and high")])
+    raise InputError([Fault(name, "", "the mission does not set it: set low and high")])

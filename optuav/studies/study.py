@@ -209,7 +209,7 @@ def _ranges(tables: Document, faults: list[Fault]) -> dict[str, Any]:
     ranges = dict[str, Any]()
     for key, values in dotted(tables):
         if key in ranges:
-            faults.append(Fault(key, "", "must be stated once"))
+            faults.append(Fault(key, "", "must be set once"))
         elif not isinstance(values, dict):
             ranges[key] = values
         elif values.keys() == {"low", "high", "count"} and (

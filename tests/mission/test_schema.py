@@ -169,7 +169,7 @@ def test_ranges_are_finite(document: dict[str, Any], key: str, largest: float) -
         ("limits.deadline_s", "a number, 0 < x <= 1e7 [s]"),
         ("limits.outage_probability", "a number, 1e-12 <= x < 1 [-]"),
         ("battery.packs", "a whole number, 1 <= x <= 1000 [-]"),
-        ("battery.flow_rate_per_s", "a number, 0 <= x <= 1000 [1/s]; or state flow_rate_per_min"),
+        ("battery.flow_rate_per_s", "a number, 0 <= x <= 1000 [1/s]; or set flow_rate_per_min"),
         ("link.snr_threshold_dB", "a number, |x| <= 200 [dB]"),
         ("route.origin_m", "three numbers [x, y, z], each |x| <= 1e6 [m]"),
     ],

@@ -56,7 +56,8 @@ def read(path: Path) -> Readings:
     if not batteries and broken:
         raise refusal(path, "; ".join([DAMAGED, *faults]))
     if not batteries:
-        raise refusal(path, "has no BAT or CURR messages: ArduPilot logged no battery")
+        words = "has no BAT or CURR messages: ArduPilot logged no battery"
+        raise refusal(path, "; ".join([words, *faults]))
     own = [name for name in batteries if name[:-1] == batteries[0][:-1]]
     packs = [
         Pack(t, amps, volts, left / 100.0) for t, amps, volts, left in map(found.__getitem__, own)
@@ -95,28 +96,28 @@ def _messages(
         def init_clock(self) -> None:
             """None: times are those of the messages, and a damaged GPS would stop the reader."""
 
-        def init_arrays_fast(self, progress_callback: object = None) -> None:
-            self.init_arrays(progress_callback)
-
         def init_arrays(self, progress_callback: object = None) -> None:
+            """None: the index is written below, so that its own faults are not named damage."""
+
+        init_arrays_fast = init_arrays
+
+        def write_index(self) -> None:
+            """Note where the messages of every kind are."""
             self.offsets: list[list[int]] = [[] for _ in range(256)]
             self.name_to_id, self.id_to_name = dict[str, int](), dict[int, str]()
+            self.sizes = {number: form.len for number, form in self.formats.items()}
             place = 0
             while 0 <= (start := self.data_map.find(HEADER, place)) < self.data_len - len(HEADER):
                 self.damaged += start - place
                 kind = self.data_map[start + len(HEADER)]
-                size = self.formats[kind].len if kind in self.formats else 0
+                size = self.sizes.get(kind, 0)
                 end, after = start + size, self.data_map.find(HEADER, start + max(size, 1))
                 if end > self.data_len and self.data_map.find(HEADER, start + 1) < 0:
                     self.short, place = True, self.data_len
                     break
                 # Whole, if another one follows at once; the last one, if none follows at all.
-                if (
-                    size
-                    and end <= self.data_len
-                    and after in (end, -1)
-                    and self._index(kind, start)
-                ):
+                if size and end <= self.data_len and after in (end, -1):
+                    self._index(kind, start)
                     place = end
                 else:
                     place = start + len(HEADER)
@@ -127,34 +128,43 @@ def _messages(
             self._count = sum(self.counts)
             self.offset = 0
 
-        def _index(self, kind: int, start: int) -> bool:
-            """Note where a message is; False if it is a format that cannot be."""
-            if kind == FORMAT:
-                number = self.data_map[start + 3]
-                before = self.formats.get(number)
-                self.offset, self.remaining = start, self.data_len - start
-                self._parse_next()
-                form = self.formats.get(number)
-                whole = form is not None and struct.calcsize(form.msg_struct) + 3 == form.len
-                # A number keeps its format: another one is that of a number that is damaged.
-                if not whole or (before and before.columns != form.columns):
-                    self.formats.pop(number, None)
-                    self.formats |= {number: before} if before else {}
-                    return False
-                self.name_to_id[form.name], self.id_to_name[number] = number, form.name
+        def _index(self, kind: int, start: int) -> None:
+            """Note where a message is, and the size and the columns that a format gives a kind."""
             self.offsets[kind].append(start)
-            return True
+            if kind != FORMAT:
+                return
+            number, size = self.data_map[start + 3 : start + 5]
+            before = self.formats.get(number)
+            self.offset, self.remaining = start, self.data_len - start
+            self._parse_next()
+            form = self.formats.get(number)
+            whole = form is not None and struct.calcsize(form.msg_struct) + 3 == form.len == size
+            # A number keeps its format: another one is that of a number that is damaged.
+            if whole and (not before or before.columns == form.columns):
+                self.name_to_id[form.name], self.id_to_name[number] = number, form.name
+                self.sizes[number] = size
+                return
+            # Whole logs, too, have formats that do not fit their size: no columns, but a size.
+            self.formats.pop(number, None)
+            self.formats |= {number: before} if before else {}
+            self.sizes.setdefault(number, size)
+
+    def following() -> tuple[str, Mapping[str, Any], Mapping[str, str]] | None:
+        """The next message of those that are wanted."""
+        try:
+            if (message := reader.recv_match(type=[*MESSAGES])) is None:
+                return None
+            codes = dict(zip(message.fmt.columns, message.fmt.format, strict=False))
+            return message.get_type(), message.to_dict(), codes
+        except Exception:  # pymavlink raises errors of many kinds for damaged files
+            raise refusal(path, DAMAGED) from None
 
     nowhere = io.StringIO()
-    try:
-        with redirect_stdout(nowhere), redirect_stderr(nowhere):
-            reader = Reader(str(path))
-            while (message := reader.recv_match(type=[*MESSAGES])) is not None:
-                codes = dict(zip(message.fmt.columns, message.fmt.format, strict=False))
-                yield message.get_type(), message.to_dict(), codes
-            reader.close()
-    except Exception:  # pymavlink raises errors of many kinds for damaged files
-        raise refusal(path, DAMAGED) from None
+    with redirect_stdout(nowhere), redirect_stderr(nowhere):
+        reader = Reader(str(path))
+        reader.write_index()
+        yield from iter(following, None)
+        reader.close()
     if reader.damaged:
         share = f"{100.0 * reader.damaged / reader.data_len:.2g} %"
         faults.append(f"has damaged parts: {share} of the file is skipped, and more may be wrong")

@@ -179,6 +179,13 @@ def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_
     down = np.where(landed < 0, off | (current_A < AFLOAT * usual_A), landed == 1)
     slow = (speed_m_s < STILL_m_s) & (climb < LEVEL_m_s)
     level = climb <= np.maximum(LEVEL_m_s, LEVEL_SLOPE * np.nan_to_num(speed_m_s))
+    if np.any(stops := slow & ~off & ~down):
+        # An autopilot tells a take-off early and a landing late: rotors carry nothing there yet.
+        carried = ~slow | (current_A >= AFLOAT * np.median(current_A[stops]))
+        for run in runs(~off & ~down):
+            taken_off = np.maximum.accumulate(carried[run])
+            landing = np.maximum.accumulate(carried[run][::-1])[::-1]
+            down[run] = ~(taken_off & landing)
     hovers = np.zeros(len(time_s), bool)
     for run in runs(slow & ~off & ~down):
         hovers[run] = time_s[run[-1]] - time_s[run[0]] >= LASTING_S

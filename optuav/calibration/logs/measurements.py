@@ -15,7 +15,7 @@ from optuav.mission.files import refusal
 
 STEADY_m_s = 0.5  # largest standard deviation of a speed that is steady
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
-NO_VOLTAGE = "has no voltage: without it currents give no power"
+NO_VOLTAGE = "has no voltage, which is needed to turn currents into powers"
 
 
 def steady(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
