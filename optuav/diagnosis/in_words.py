@@ -91,8 +91,10 @@ class Conclusion(NamedTuple):
 def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
     """Return the verdict; broken are the kinds of constraints that even the flight breaks."""
     if not plan:
-        known = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
-        reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        causes = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
+        reason = (
+            causes[0] if causes else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        )
         return Conclusion(
             "", "no plan", STATED.sub(lambda m: f"{LIMITS_BY_KEY[m[1]]} of ", reason), False
         )
@@ -223,8 +225,8 @@ def binding(explained: Findings) -> str:
         return ""
     named = ((kind, side) for kind in LIMIT_NOUNS for side in binding_sides if side.kind == kind)
     binds = [*dict.fromkeys(_landed(side) or LIMIT_NOUNS[kind] for kind, side in named)]
-    own = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
-    binds += dict.fromkeys(side.label for side in own)  # Constraints of a user's problem
+    of_problem = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
+    binds += dict.fromkeys(side.label for side in of_problem)  # Constraints of a user's problem
     loose = [LIMIT_NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
     if len(binds) > 1:
         words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
@@ -245,11 +247,11 @@ def _landed(side: ConstraintAtOptimum) -> str:
 
 def gains_in_words(explained: Findings) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
-    known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
+    gain_of = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
         (what, f"{gain:.{2 if gain < 1.0 else 0}f} s")
         for key, what in STEPS_IN_WORDS.items()
-        if SEEN_S <= (gain := known.get(key, 0.0)) < math.inf
+        if SEEN_S <= (gain := gain_of.get(key, 0.0)) < math.inf
     ]
     if not gains or explained.objective != "s of hover":
         return ""
