@@ -92,7 +92,7 @@ class CheckedSolutions(Presented):
             times = [
                 f"{name} {seconds(end_s, 3)}"
                 for name, end_s in ends_s.items()
-                if isinstance(end_s, float)
+                if isinstance(end_s, int | float)
             ]
             facts = [("Times", ", ".join(times))] if times else []
             yield Facts([*facts, *(("Wrong", words) for words in solution.wrong)])
