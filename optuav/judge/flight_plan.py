@@ -7,7 +7,7 @@ waypoint without a stop.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -195,6 +195,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
         return found
 
     goals = [*_on_roofs([*_goals(flight, home, point_m, drone, file)])]
+    drone = drone if flight.start is None else _started(drone, flight.start, file)
     mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
     cruises = isinstance(mission.flight_model, CruisingModel)
     if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
@@ -213,6 +214,14 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     if not flown:
         raise refusal(file, "has no item that flies anywhere")
     return FlightPlan(mission, flown, notes, file.name)
+
+
+def _started(drone: Mission, start: Mapping[str, float], file: Path) -> Mission:
+    """The mission with the charge that a file states for the take-off."""
+    try:
+        return drone.replace({"start": start})
+    except InputError as error:
+        raise InputError(replace(fault, source=label(file)) for fault in error.faults) from None
 
 
 def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
