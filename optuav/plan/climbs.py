@@ -123,7 +123,7 @@ def flight_charges(
             lacks[number] = max(-least_As / size_As, 0.0)
         for piece in steps(mission, phases):
             planned[piece[0]] = _share(piece[4].total_As, size_As)
-    found = list[FlightCharge]()
+    charges = list[FlightCharge]()
     kinds = enumerate(phase.kind == "rest" for phase in climbed)
     for rests, numbered in groupby(kinds, key=lambda pair: pair[1]):
         if not rests:
@@ -131,10 +131,10 @@ def flight_charges(
             *_, last = numbers
             empty, lack = any(dry[n] for n in numbers), max(lacks[n] for n in numbers)
             start = wells[first] if before[first] < 1.0 - JUDGES_TOLERANCE else None
-            found.append(
+            charges.append(
                 FlightCharge(before[first], after[last], empty, planned[last] + lack, start)
             )
-    return found
+    return charges
 
 
 def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:

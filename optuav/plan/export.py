@@ -119,9 +119,12 @@ def exported(
 
 def _stale(file: Path, files: Iterable[Path]) -> list[str]:
     """Names of flights beside those of a file, such as hill-3.plan, that are not replaced."""
-    own, name = {path.name for path in files}, re.compile(rf"{re.escape(file.stem)}(-[1-9]\d*)?")
+    written, name = (
+        {path.name for path in files},
+        re.compile(rf"{re.escape(file.stem)}(-[1-9]\d*)?"),
+    )
     beside = file.parent.glob(f"*{file.suffix}")
-    return sorted({path.name for path in beside if name.fullmatch(path.stem)} - own)
+    return sorted({path.name for path in beside if name.fullmatch(path.stem)} - written)
 
 
 def climb_faults(climb_m: float | None, suffix: str) -> Iterator[Fault]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.fleets import busiest
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
@@ -188,7 +188,7 @@ def size_fleet(
 ) -> FleetSizes:
     """Count the drones and equipment that cover a share of the time, for each way to charge.
 
-    With `hours`, find those of an event without a gap that begins with full batteries.
+    With `hours`, count those that an event without a gap needs if it begins with full batteries.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
     dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
@@ -201,7 +201,7 @@ def size_fleet(
     prices
         A price for each of ``drone`` (without packs), ``laser`` (a beam), ``pad``, ``charger``,
         ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12, not all
-        0; or the path of a TOML file with these keys. None: counts alone.
+        0; or the path of a TOML file with these keys; None for only the counts.
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
@@ -220,8 +220,8 @@ def size_fleet(
     -------
     FleetSizes
         One row per technology with its counts, its cost and the ``share`` of its ring, which may
-        start faster than asked for to need fewer places; ``why`` says why there is none. `plot`
-        draws cost, or drones, over the share, or for an event by technology.
+        exceed the requested share if that needs fewer places; ``why`` says why a technology has no
+        fleet. `plot` draws cost, or drones, against the share, or for an event by technology.
 
     Raises
     ------
@@ -249,28 +249,28 @@ def size_fleet(
             )
         with collected(faults):
             step_m = step_of(separation_m)
-    stated: Mapping[str, float] | None = None
+    tariff: Mapping[str, float] | None = None
     with collected(faults):
-        stated = None if prices is None else _prices(prices)
+        tariff = None if prices is None else _prices(prices)
     with collected(faults):
         loaded = load_one_device(mission, "the size of a fleet")
     refuse(faults)
     cycles = dict(_cycles(loaded, swap_s))
     rows = [
-        _row(name, cycle, share, overlap_s, stated, hours, step_m) for name, cycle in cycles.items()
+        _row(name, cycle, share, overlap_s, tariff, hours, step_m) for name, cycle in cycles.items()
     ]
     if all(row["why"] for row in rows):
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
-    if stated is not None:
-        rows.append(_sized("tether", None, cost=_tethers(share, stated["tether"])))
+    if tariff is not None:
+        rows.append(_sized("tether", None, cost=_tethers(share, tariff["tether"])))
     return FleetSizes(
         mission=loaded,
         rows=tuple(rows),
         share=share,
         overlap_s=overlap_s,
         swap_s=swap_s,
-        prices=stated,
+        prices=tariff,
         hours=hours,
         separation_m=step_m,
         in_calm_air=in_calm_air(
@@ -312,17 +312,17 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
     words = "prices by name, or the path of a TOML file with them"
     of_kind("prices", prices, Mapping | str | Path, words)
     source = "" if isinstance(prices, Mapping) else label(path_of(prices))
-    stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
-    faults = [unknown("prices", name, PRICED) for name in stated if name not in PRICED]
-    known, missing = ([n for n in PRICED if (n in stated) is there] for there in (True, False))
-    faults += misfits(*((f"prices.{name}", stated[name], PRICE) for name in known))
+    tariff = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
+    faults = [unknown("prices", name, PRICED) for name in tariff if name not in PRICED]
+    present, missing = ([n for n in PRICED if (n in tariff) is there] for there in (True, False))
+    faults += misfits(*((f"prices.{name}", tariff[name], PRICE) for name in present))
     if missing:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(replace(fault, source=source) for fault in faults)
-    if not any(stated.values()):
+    if not any(tariff.values()):
         words = f"at least one above 0, each {PRICE.words}; leave prices out to see only the counts"
         raise InputError([Fault("prices", "all 0", words, source)])
-    return stated
+    return tariff
 
 
 def _row(
@@ -342,16 +342,16 @@ def _row(
             rings = _rings_of_event(cycle, hours, overlap_s, step_m)
             best = min(rings, key=lambda ring: 0.0 if prices is None else ring.cost(prices))
             return _sized(technology, best, cost=None if prices is None else best.cost(prices))
-        asked = _ring(cycle, share, overlap_s)
+        shared = _ring(cycle, share, overlap_s)
     except (InputError, NoPlanError) as error:
         return _sized(technology, None, why=str(error))
     # As many drones may start faster: without waiting, or as often as one beam more allows.
     counted_s = cycle.hover_s - overlap_s
-    fastest = max(share, asked.drones * counted_s / cycle.period_s)
+    fastest = max(share, shared.drones * counted_s / cycle.period_s)
     part = counted_s / cycle.hover_s  # Of the hovers, which counts
     shares = {min(fastest, upwards(share / part) * part), fastest} - {share}
     rings = [_ring(cycle, faster, overlap_s) for faster in shares if SHARE.accepts(faster)]
-    best = min([asked, *rings])
+    best = min([shared, *rings])
     return _sized(technology, best, cost=None if prices is None else best.cost(prices))
 
 
@@ -391,7 +391,7 @@ def _rings_of_event(
             drawn_As = -sum(phase.charge_As for phase in course.plan.phases)
             landings.append((course.offset_s + course.plan.phases[-1].end_s, drawn_As))
     stays = [(landed_s, landed_s + swap_s) for landed_s, _ in landings]
-    bays, _ = busiest(stays, TOLERANCE * 3600.0 * hours)
+    bays, _ = busiest(stays, JUDGE_TOLERANCE * 3600.0 * hours)
     charge_A = cycle.mission.battery.charge_current_A
     return [
         Ring(drones, 0, 0, bays, count, drones + _further_sets(landings, count, charge_A), 1.0)

@@ -20,7 +20,7 @@ from optuav.mission.messages import misfits, path_of, shown
 from optuav.network.map_extent import scene
 
 GRID = "grid"
-STEPS = 10.0  # Of a grid along its longer side, where no step is stated
+GRID_STEPS = 10.0  # Steps of a grid along its longer side, if no step is set
 STEP = Range("m", gt=0.0, le=1e6)
 MOST_CANDIDATES = 10_000  # Candidates of a grid
 LARGEST = 32_000_000  # Bytes of a file
@@ -80,12 +80,10 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     """Points at one distance over all places of the missions."""
     corners_m = np.array([scene(mission).corners_m for mission in missions])
     low_m, high_m = corners_m[:, 0].min(axis=0), corners_m[:, 1].max(axis=0)
-    step = float((high_m - low_m).max()) / STEPS if step_m is None else step_m
+    step = float((high_m - low_m).max()) / GRID_STEPS if step_m is None else step_m
     columns, rows = (np.floor((high_m - low_m) / step + 1e-9).astype(int) + 1).tolist()
     if columns * rows > MOST_CANDIDATES:
-        words = (
-            f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: state a larger step"
-        )
+        words = f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: set a larger step"
         raise InputError([Fault("step_m", shown(step_m), words)])
     x_m, y_m = (low + step * np.arange(n) for low, n in zip(low_m, (columns, rows), strict=True))
     points = np.meshgrid(x_m, y_m)
@@ -143,9 +141,9 @@ def _points(document: Any, source: str) -> list[CandidatePoint]:
             [Fault("", "", f"needs a FeatureCollection, each feature with {POINTS}", source)]
         )
     faults, points = list[Fault](), list[CandidatePoint]()
-    stated = str(document.get("crs") or "CRS84")
-    if "CRS84" not in stated and "4326" not in stated:
-        faults.append(Fault("crs", stated, "longitudes and latitudes in WGS 84", source))
+    system = str(document.get("crs") or "CRS84")
+    if "CRS84" not in system and "4326" not in system:
+        faults.append(Fault("crs", system, "longitudes and latitudes in WGS 84", source))
     for number, feature in enumerate(features):
         table = feature if isinstance(feature, dict) else {}
         shape: Any = table.get("geometry")
@@ -154,16 +152,16 @@ def _points(document: Any, source: str) -> list[CandidatePoint]:
         whole = isinstance(at, list) and len(at) in (2, 3) and shape.get("type") == "Point"
         wrong = not (whole and all(x.accepts(y) for x, y in zip(ANGLES, at, strict=False)))
         if wrong:
-            found = "null" if at is None else shown(at)
-            faults.append(Fault(f"features[{number}].geometry", found, POINTS, source))
+            value = "null" if at is None else shown(at)
+            faults.append(Fault(f"features[{number}].geometry", value, POINTS, source))
         z_m = facts.get("z_m", 0.0) if isinstance(facts, dict) else None
         if not COORDINATE.accepts(z_m):
             where = f"features[{number}].properties.z_m"
             faults.append(Fault(where, shown(z_m), COORDINATE.words, source))
         elif not wrong:
             name = facts.get("name", facts.get("Name"))
-            own = "" if name is None else OF_A_SITE.sub("", f"{name}")
+            name_of_site = "" if name is None else OF_A_SITE.sub("", f"{name}")
             height_m = float(z_m) if "z_m" in facts else None
-            points.append(CandidatePoint(float(at[0]), float(at[1]), height_m, own))
+            points.append(CandidatePoint(float(at[0]), float(at[1]), height_m, name_of_site))
     refuse(faults)
     return points
