@@ -257,8 +257,7 @@ def size_fleet(
     refuse(faults)
     cycles = dict(_cycles(loaded, swap_s))
     rows = [
-        _row(name, cycle, share, overlap_s, tariff, hours, step_m)
-        for name, cycle in cycles.items()
+        _row(name, cycle, share, overlap_s, tariff, hours, step_m) for name, cycle in cycles.items()
     ]
     if all(row["why"] for row in rows):
         words = ["no way to charge serves this mission:", *_reasons(rows)]
