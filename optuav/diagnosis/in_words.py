@@ -307,8 +307,34 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
 
 
 def key_of(price: Price) -> str:
-    """The mission's key of a parameter, or its own name."""
+    """The mission's key of a parameter, or its own name, with the device that it belongs to."""
+    if price.device:
+        return f"{price.name.partition('[')[0]} over {price.device}"
     return price.key or price.name
+
+
+def _noun(explained: Findings, price: Price) -> str:
+    """A parameter in words, with its place; empty without any."""
+    if price.device:
+        noun = PARAMETER_NOUNS.get(price.name.partition("[")[0], "")
+        return f"{noun} over {price.device}" if noun else ""
+    if landing := re.fullmatch(r"landing_(\d+)_(As|J)", price.name):
+        flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]
+        place = flights[int(landing[1]) - 1].end_place
+        over = explained.plan.mission.devices and place in explained.plan.hovers
+        at = f"hover point of {place}" if over else f"landing at {place}"
+        return f"draw up to the {'hover point' if place == 'hover' else at}"
+    return PARAMETER_NOUNS.get(key_of(price), "")
+
+
+def without_effect(explained: Findings) -> str:
+    """Name the parameters that change nothing, by key or in words; empty without any."""
+    free = (price for price in explained.prices if not price.matters)
+    landed = re.compile(r"landing_\d+_(As|J)")
+    return ", ".join(
+        f"the {_noun(explained, price)}" if landed.fullmatch(price.name) else key_of(price)
+        for price in free
+    )
 
 
 def symbol_and_value(price: Price) -> str:
@@ -346,11 +372,7 @@ def price_words(explained: Findings, price: Price) -> str:
     more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
     if price.step != 1.0:
         more = f"{with_unit(price.step, unit)} more"
-    noun = PARAMETER_NOUNS.get(key_of(price))
-    if landing := re.fullmatch(r"landing_(\d)_(As|J)", key_of(price)):
-        flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]
-        place = flights[int(landing[1]) - 1].end_place
-        noun = f"draw up to the {'hover point' if place == 'hover' else f'landing at {place}'}"
+    noun = _noun(explained, price)
     more = f"{more} of {f'the {noun}' if noun else key_of(price)}"
     more = "one more pack" if price.key == "battery.packs" else more
     less = f", as much less {change(price.loss)}" if price.has_kink else ""

@@ -416,7 +416,7 @@ def test_damaged_logs_raise_no_other_error(tmp_path: Path, name: str) -> None:
             b"time(millisecond),current(A)\n0,x\n1,y\n",
             "has 0 samples; 2 of 2 lines are not read: 2 with",
         ),
-        (b"time(millisecond),current(A)\n0,9\n1,9\n2,9\n3,9", "has no voltage: without it"),
+        (b"time(millisecond),current(A)\n0,9\n1,9\n2,9\n3,9", "has no voltage, which is needed"),
     ],
 )
 def test_other_files_are_named(tmp_path: Path, content: bytes, words: str) -> None:

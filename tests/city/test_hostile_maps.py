@@ -129,7 +129,7 @@ def test_a_reference_system_is_one_of_maps(tmp_path: Path, crs: str) -> None:
         warnings.simplefilter("ignore")  # That it states none
         town.to_file(silent)
     for bbox in (None, (1.0, 2.0, 3.0, 4.0)):
-        with pytest.raises(optuav.InputError, match="which is not a system of maps"):
+        with pytest.raises(optuav.InputError, match="which is not a map reference system"):
             read(stated, bbox=bbox)
     with pytest.raises(optuav.InputError, match="a coordinate reference system that pyproj knows"):
         read(silent, crs=crs)

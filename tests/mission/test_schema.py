@@ -236,7 +236,7 @@ def test_one_attenuation(document: dict[str, Any]) -> None:
     none = spoilt(document, {"laser.attenuation_per_km": None})
     assert faults(none) == {
         "laser.attenuation_per_km": "is missing; a number, 0 <= x <= 10000 [1/km]; "
-        "or state visibility_km"
+        "or set visibility_km"
     }
     assert accepted(none, {"laser.visibility_km": 3}).laser is not None
     assert faults(spoilt(document, {"laser.visibility_km": 3})) == {
