@@ -45,8 +45,10 @@ class Given(Quantities):
         if isinstance(key := (others := self._symbols()).get(name), str):
             raise AttributeError(f"given has no {name!r}: the mission does not set {key}")
         if name not in others:
-            own = [name for name in dir(type(self)) if not name.startswith("_")]
-            hint = nearest(name, [*others, *own, *(quantity.name for quantity in QUANTITIES)])
+            options_of = [name for name in dir(type(self)) if not name.startswith("_")]
+            hint = nearest(
+                name, [*others, *options_of, *(quantity.name for quantity in QUANTITIES)]
+            )
             if name == "hover_position_m" and self.covered:
                 hint = ": which of the several devices? Each hovers at a place of its own."
             if name.startswith("rest_") and not self.rests:
@@ -56,8 +58,8 @@ class Given(Quantities):
         return others[name]
 
     def __dir__(self) -> list[str]:
-        stated = (name for name, symbol in self._symbols().items() if not isinstance(symbol, str))
-        return [*super().__dir__(), *stated]
+        names = (name for name, symbol in self._symbols().items() if not isinstance(symbol, str))
+        return [*super().__dir__(), *names]
 
     def _symbols(self) -> Mapping[str, Any]:
         """The mission's other numbers as parameters, of a vector three; made once.
@@ -198,9 +200,9 @@ class Formulation(ABC):
 
     def __repr__(self) -> str:
         """The class with its fields, without those that are rare where they are not stated."""
-        shown = (each.name for each in fields(self) if each.repr)
-        stated = ((name, getattr(self, name)) for name in shown)
-        options = [f"{k}={v!r}" for k, v in stated if k not in RARE or v is not None]
+        shown = (field.name for field in fields(self) if field.repr)
+        settings = ((name, getattr(self, name)) for name in shown)
+        options = [f"{k}={v!r}" for k, v in settings if k not in RARE or v is not None]
         return f"{type(self).__qualname__}({', '.join(options)})"
 
     @property
@@ -240,7 +242,7 @@ class Formulation(ABC):
             _must_keep_landings(self, model, len(quantities.landings))
             return model, {}
         values = {quantity.name: getattr(quantities, quantity.name) for quantity in QUANTITIES}
-        stated = tuple(name for name, value in values.items() if value is not None)
+        names = tuple(name for name, value in values.items() if value is not None)
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
         for n, step in enumerate(quantities.steps, start=1):
             if not isinstance(step, str):
@@ -258,7 +260,7 @@ class Formulation(ABC):
         hovers = tuple(hover._replace(current_A=NAN, received_W=NAN) for hover in quantities.hovers)
         covered = tuple(Covered(point.device, NAN, NAN) for point in quantities.covered)
         devices = hovers, covered
-        kind = perspective, quantities.tapers, quantities.rests, stated, steps, landings, devices
+        kind = perspective, quantities.tapers, quantities.rests, names, steps, landings, devices
         pattern = _pattern(self, *kind)
         if quantities.tapers:
             # Which of its terms cancel is known of numbers alone.
@@ -358,8 +360,8 @@ def _declared(formulation: Formulation, given: Given) -> Model:
 
 def _must_keep_landings(formulation: Formulation, model: Model, count: int) -> None:
     """Refuse a model that keeps the reserve at the end, and not at as many landings as well."""
-    known = (leaves(*constraint.relation.sides) for constraint in model.constraints)
-    kept = sum(any(getattr(leaf, "key", "") == RESERVE for leaf in of_one) for of_one in known)
+    leaves_of = (leaves(*constraint.relation.sides) for constraint in model.constraints)
+    kept = sum(any(getattr(leaf, "key", "") == RESERVE for leaf in of_one) for of_one in leaves_of)
     if 0 < kept <= count:
         call = "call given.keep_charge(model, label, hover, rest) in declare"
         words = f"{formulation.name} keeps the reserve at the end only, not at landings: {call}"

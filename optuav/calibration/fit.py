@@ -233,8 +233,8 @@ class Fit(Presented):
     @property
     def changes(self) -> dict[str, object]:
         """Values to set, by dotted key, ready for `optuav.Mission.replace`."""
-        stated = {value.key: rounded(value.value) for value in self.values if value.stated}
-        return {**self.settings, **stated}
+        value_of = {value.key: rounded(value.value) for value in self.values if value.stated}
+        return {**self.settings, **value_of}
 
     def __repr__(self) -> str:
         keys = first_ten([value.key for value in self.values])
@@ -343,8 +343,8 @@ class Estimate(NamedTuple):
             zip(self.keys, self.values.tolist(), self.intervals, strict=True),
             self.undetermined,
         )
-        stated = always or set(blind) != set(self.keys)
-        return tuple(Value(key, x, origin, ends, key not in blind, stated) for key, x, ends in rows)
+        states = always or set(blind) != set(self.keys)
+        return tuple(Value(key, x, origin, ends, key not in blind, states) for key, x, ends in rows)
 
     def ordered(self, keys: Sequence[str]) -> "Estimate":
         """The same, with the keys in another order."""

@@ -526,8 +526,8 @@ def _wells(
     )
     edge = np.exp(region.edge - np.logaddexp(0.0, region.edge) * (0.0, 1.0, 0.0))
     batteries = tuple(dict(zip(KEYS, battery, strict=True)) for battery in edge.tolist())
-    found = Estimate(KEYS, values, left, sigma, tuple(intervals), undetermined, unsure)
-    return FittedWells(found, lag, settled, batteries)
+    estimated = Estimate(KEYS, values, left, sigma, tuple(intervals), undetermined, unsure)
+    return FittedWells(estimated, lag, settled, batteries)
 
 
 def _discharges(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:

@@ -224,8 +224,8 @@ def correlation_of_neighbours(values: Floats) -> float:
 
 def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log, its time from 0, and doubts about its values and units."""
-    known, left_out = _known(log)
-    table = log.only(known)
+    rows, left_out = _known(log)
+    table = log.only(rows)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, unknown = numbers["current"], np.full(len(table.lines), math.nan)
     voltage_V, speed_m_s = (numbers.get(column, unknown) for column in ("voltage", "speed"))
@@ -252,7 +252,7 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
         phase = np.where(idle, "rest", np.where(speed_m_s < STILL_m_s, "hover", "flight"))
     time_s = log.numbers["time"] - log.numbers["time"][0]
-    times = time_s[known], np.gradient(time_s)[known]
+    times = time_s[rows], np.gradient(time_s)[rows]
     samples = Samples(*times, current_A, power_W, speed_m_s, phase, np.zeros(len(phase), int))
     return samples, (*left_out, *table.doubts())
 
@@ -280,14 +280,14 @@ def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:
 
     In the laser's light the current may be −1 A and the power −1 W.
     """
-    known, sentences = np.ones(len(log.lines), bool), list[str]()
-    charging = np.array(log.texts.get("phase", [""] * len(known))) == "charge"
+    complete, sentences = np.ones(len(log.lines), bool), list[str]()
+    charging = np.array(log.texts.get("phase", [""] * len(complete))) == "charge"
     for column in filter(log.numbers.__contains__, csv.UNKNOWN):
         measured = charging & (log.numbers[column] < 0.0) & (column in ("current", "power"))
         rows = log.unknown(column) & ~measured
-        known &= ~rows
+        complete &= ~rows
         sentences += log.left_out(column, rows)
-    return known, sentences
+    return complete, sentences
 
 
 def _legs(samples: Samples) -> Iterator[Integers]:

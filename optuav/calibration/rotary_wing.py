@@ -115,11 +115,11 @@ def fit_rotary_wing(
     data = f"{len(speed)} points of steady level flight"
     values = estimated.values_for_mission(f"fitted to {len(speed)} points")
     said = (*estimated.warnings, *doubts)
-    found = Fit("rotary-wing", sources, data, values, (panel,), said)
-    found = replace(found, notes=tuple(notes), logs=tuple(flown))
-    if found.changes:  # otherwise the mission keeps its own
-        found = replace(found, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
-    return finished(replace(found, extends="relay-today"))
+    result = Fit("rotary-wing", sources, data, values, (panel,), said)
+    result = replace(result, notes=tuple(notes), logs=tuple(flown))
+    if result.changes:  # otherwise the mission keeps its own
+        result = replace(result, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
+    return finished(replace(result, extends="relay-today"))
 
 
 def _estimate(speed_m_s: Floats, drawn_W: Floats) -> Estimate:

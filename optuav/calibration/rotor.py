@@ -136,7 +136,7 @@ def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
         constants[KEYS[3]] = (torque_constant_Nm_A * data["no_load_current"], "9.5493/κ_V I_0")
     elif "no_load_current" in data:
         warnings.append("the friction torque needs velocity_constant_rpm_V as well")
-    values = tuple(Value(f"rotor.{key}", *each) for key, each in constants.items())
+    values = tuple(Value(f"rotor.{key}", *figures) for key, figures in constants.items())
     return Fit("rotor", sources, "data of a propeller and its motor", values, (), tuple(warnings))
 
 

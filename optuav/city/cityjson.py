@@ -72,10 +72,10 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
                     attributes = thing.get("attributes") or {}
                     rows.append((name, wholes[name][-1], *prism, attributes))
         at, columns = "metadata or attributes", zip(*rows, strict=True) if rows else ((),) * 6
-        names, whole, surfaces, low, high, known = map(list, columns)
+        names, whole, surfaces, low, high, facts = map(list, columns)
         if len({*names}) < len(names):
             raise refusal(file, "has several objects of one name")
-        frame = table(known, names, _from_above(surfaces, names, file), _crs(parts[0]), file)
+        frame = table(facts, names, _from_above(surfaces, names, file), _crs(parts[0]), file)
         ground = pd.Series(low, dtype=float).groupby(whole).transform("min").to_numpy()
         frame[SOLID] = np.where(np.equal(low, high), 0.0, high - ground)
     except InputError:

@@ -52,8 +52,8 @@ def affirmed(values: Any) -> Any:
 
 def columns_of(frame: Any) -> list[str]:
     """Names of the columns that the file has."""
-    own = frame.geometry.name, SOLID, "mended"
-    return [name for name in frame.columns if name not in own]
+    added = frame.geometry.name, SOLID, "mended"
+    return [name for name in frame.columns if name not in added]
 
 
 def names_in(frame: Any) -> list[str]:

@@ -106,9 +106,9 @@ def _by_storeys(
     frame: Any, name: str, level_height_m: float, factor: float | None
 ) -> tuple[Floats, list[Quote]]:
     """Heights [m] by storeys, with the roof by its own storeys or its height, the more of both."""
-    values, on_top, top = column(frame, name), *(tag(frame, each) for each in MORE_TAGS[:2])
+    values, on_top, top = column(frame, name), *(tag(frame, key) for key in MORE_TAGS[:2])
     floors, top_floors, top_m = (
-        *(parsed(each, storeys) for each in (values, on_top)),
+        *(parsed(quoted, storeys) for quoted in (values, on_top)),
         lengths_m(top, factor),
     )
     above_m = np.fmax(np.fmax(top_floors * level_height_m, top_m), 0.0)
@@ -140,7 +140,7 @@ def _quoted(quotes: list[Quote], index: Any) -> pd.DataFrame:
     """The first value of each feature that cannot be read, and its name; empty if there is none."""
     quoted = pd.DataFrame({"unread": "", "of": ""}, index, dtype=object)
     for name, values, where in quotes:
-        stated = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
-        quoted.loc[stated, "unread"] = [*map(shown, values[stated])]
-        quoted.loc[stated, "of"] = name
+        quoting = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
+        quoted.loc[quoting, "unread"] = [*map(shown, values[quoting])]
+        quoted.loc[quoting, "of"] = name
     return quoted

@@ -81,11 +81,11 @@ def not_asked(
 
 def _is_like(name: str, option: str) -> bool:
     """Return whether a column is nearly named as that of heights or storeys."""
-    low, own = name.lower(), OF_OPENSTREETMAP[option]
+    low, tag = name.lower(), OF_OPENSTREETMAP[option]
     letters = re.sub(r"\W|_", "", low)
     cut = len(name) == SHORT and CUT_OFF[option].startswith(letters)
-    like = cut or LIKE[option].search(low) or difflib.get_close_matches(letters, [own], cutoff=0.8)
-    return bool(like) and name not in {own, *READ} and not UNLIKE.search(low)
+    like = cut or LIKE[option].search(low) or difflib.get_close_matches(letters, [tag], cutoff=0.8)
+    return bool(like) and name not in {tag, *READ} and not UNLIKE.search(low)
 
 
 def _states(values: Any) -> bool:

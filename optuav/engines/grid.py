@@ -173,8 +173,8 @@ def _best_cell(
             where = tuple(index[reached >= scores[-1] - ties[-1]] for index in where)
         if len(scores) < len(goals):
             continue
-        known = best or (scores, ties)
-        differ = (a > b for a, b, tie in zip(scores, *known[:2], strict=True) if abs(a - b) > tie)
+        rival = best or (scores, ties)
+        differ = (a > b for a, b, tie in zip(scores, *rival[:2], strict=True) if abs(a - b) > tie)
         if best is None or next(differ, False):
             best = scores, ties, cell(tuple(index[0] for index in where))
     if best is None:

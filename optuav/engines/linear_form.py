@@ -106,8 +106,10 @@ def implied_upper_bounds(
         with suppress(NotAffineError):
             excesses += map(excess(relation, parameters, done)[0].times, relation.signs)
     for constant, coefficients in excesses:
-        least = constant + sum(each * lower[name] for name, each in coefficients.items())
-        if math.isinf(least) or any(each < 0.0 for each in coefficients.values()):
+        least = constant + sum(
+            coefficient * lower[name] for name, coefficient in coefficients.items()
+        )
+        if math.isinf(least) or any(coefficient < 0.0 for coefficient in coefficients.values()):
             continue
         for name, coefficient in coefficients.items():
             if coefficient > 0.0:

@@ -122,8 +122,8 @@ def nonlinear_form(model: Model, parameters: Mapping[str, float]) -> NonlinearFo
         return dict(zip(names, map(float, x), strict=True))
 
     def values(x: Floats, *trees: Operand) -> Floats:
-        known, done = {**parameters, **point(x)}, dict[int, Operand]()
-        return np.array([float(evaluate(tree, known, done)) for tree in trees])
+        numbers, done = {**parameters, **point(x)}, dict[int, Operand]()
+        return np.array([float(evaluate(tree, numbers, done)) for tree in trees])
 
     def slopes(x: Floats, *trees: Operand) -> Floats:
         values, done = {**parameters, **point(x)}, dict[int, Operand]()

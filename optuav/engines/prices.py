@@ -249,8 +249,8 @@ class ShadowPrices(Presented, dict[str, ShadowPrice]):
     def blocks(self) -> Iterator[Block]:
         """Yield a row for each parameter."""
         rows = [
-            (name, each.symbol, "" if each.unit == "1" else each.unit, *map(figure, self[name]))
-            for name, each in self.parameters.items()
+            (name, p.symbol, "" if p.unit == "1" else p.unit, *map(figure, self[name]))
+            for name, p in self.parameters.items()
         ]
         words = "Change of the best objective per unit of a parameter, the others held"
         heads = ("parameter", "symbol", "unit", "less", "more")
@@ -307,14 +307,14 @@ def _prices_at(
         endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
         at_points = []
         for goal, rows in zip(goals, slopes, strict=True):
-            own, moving = goal[count:], rows[:, count:]
-            rates = side * (own - weights @ moving)
-            rates[np.abs(rates) <= SAME_VALUE * (np.abs(own) + weights @ np.abs(moving))] = 0.0
+            still, moving = goal[count:], rows[:, count:]
+            rates = side * (still - weights @ moving)
+            rates[np.abs(rates) <= SAME_VALUE * (np.abs(still) + weights @ np.abs(moving))] = 0.0
             blocked = (side * endless @ moving > size).any(axis=0)
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))
     sides = np.transpose(gains).tolist()
-    return {name: ShadowPrice(*each) for name, each in zip(named, sides, strict=True)}
+    return {name: ShadowPrice(*ends) for name, ends in zip(named, sides, strict=True)}
 
 
 class Residuals(NamedTuple):

@@ -147,8 +147,8 @@ class Pyomo(OneByOne):
             made.kept.add(loss <= EQUAL * max(1.0, abs(reached)))
         if (word := words[0]) not in ANSWERED:
             # A local solver proves no infeasibility.
-            known = FOUND if linear or word != "infeasible" else {}
-            return solution(known.get(word, Status.UNKNOWN), f"by {self.solver}", word)
+            meanings = FOUND if linear or word != "infeasible" else {}
+            return solution(meanings.get(word, Status.UNKNOWN), f"by {self.solver}", word)
         whole = [variable.binary for variable in model.variables]
         x = np.array([unknown.value for unknown in made.unknowns.values()], float)
         bounds = np.transpose([*own_bounds(model, parameters).values()])

@@ -224,4 +224,4 @@ def engine(wanted: str | Engine) -> Engine:
 
 def takers(model: Traits, slots: bool) -> tuple[str, ...]:
     """Names of the engines that take a model."""
-    return tuple(each for each in engine_names() if not engine(each).obstacle(model, slots))
+    return tuple(name for name in engine_names() if not engine(name).obstacle(model, slots))

@@ -328,14 +328,14 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
 
 def shares_of(stated: Sequence[StatedForm], name: str) -> tuple[float, ...]:
     """The shares of a time whose levellings are in forms, rising; the whole without any."""
-    found = {
+    shares = {
         kind
         for form, *_ in stated
         for monomial in form.terms
-        for each, kind in monomial
-        if each == name and kind != "time"
+        for factor, kind in monomial
+        if factor == name and kind != "time"
     }
-    return tuple(sorted(found)) or WHOLE
+    return tuple(sorted(shares)) or WHOLE
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
@@ -361,10 +361,10 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
             sides = [exponential(e, values, done, relaxation) for e in row.relation.sides]
             read.append((row, sides, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
-    stated = list[StatedForm]()
+    listed = list[StatedForm]()
     for row, (left, right), bounds in read:
         size = np.abs(right.terms.get(CONSTANT, 0.0))
         for sign in row.relation.signs[::-1]:
             form = applied(np.subtract, (right, left) if sign > 0.0 else (left, right))
-            stated.append(StatedForm(form, size, row, bounds))
-    return [*stated, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
+            listed.append(StatedForm(form, size, row, bounds))
+    return [*listed, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]

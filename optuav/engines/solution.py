@@ -65,7 +65,7 @@ class Solution(Presented):
     >>> (solution,) = optuav.formulate("paper", "P3", perspective="battery").answers()
     >>> solution.values["hover_time_s"].round(2).tolist(), solution.status.value
     ([688.85], 'optimal')
-    >>> {label: round(each, 2) for label, each in solution.multipliers_at(0).items()}
+    >>> {label: round(multiplier, 2) for label, multiplier in solution.multipliers_at(0).items()}
     {'P3.a state of charge': 819.02, 'P3.b hover time': 0.0}
     """
 

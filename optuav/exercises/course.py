@@ -143,15 +143,15 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     >>> print(exercises.check("01.1", ...))
     exercise 01.1: no answer yet
     """
-    asked = task(number, student)
+    posed = task(number, student)
     if isinstance(answer, EllipsisType):
         return Grade(number, OPEN)
     exercise, at_fault = _exercises()[number], BaseException
     try:
-        objection, value = exercise.read(asked, answer)
+        objection, value = exercise.read(posed, answer)
         # From here on only a declaration runs code of the student's own.
         at_fault = BaseException if exercise.kind == "declare" else OptuavError
-        return exercise.grade(asked, objection, value)
+        return exercise.grade(posed, objection, value)
     except KeyboardInterrupt:
         raise
     except at_fault as error:

@@ -118,10 +118,10 @@ def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str,
     for variable in model.variables:
         value, ends = best[variable.name], _extent(model, variable.name)
         ends = ends if len(ends) == 2 else (*ends, value + (abs(value) or typical))
-        known = (*ends, value, *_extent(answer, variable.name))
-        margin = BEYOND * (max(known) - min(known) or max(*map(abs, known), typical))
-        around = np.linspace(min(known) - margin, max(known) + margin, SIDE)
-        axes.append(np.arange(2.0) if variable.binary else np.unique([*around, *known]))
+        marks = (*ends, value, *_extent(answer, variable.name))
+        margin = BEYOND * (max(marks) - min(marks) or max(*map(abs, marks), typical))
+        around = np.linspace(min(marks) - margin, max(marks) + margin, SIDE)
+        axes.append(np.arange(2.0) if variable.binary else np.unique([*around, *marks]))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"))
     points = [grid.reshape(len(grid), -1)]
     for problem in (model, answer):
@@ -158,9 +158,9 @@ def _all(rows: Checks, shape: tuple[int, ...]) -> Booleans:
 def _same_set(points: Mapping[str, Floats], wanted: Checks, stated: Checks) -> Condition:
     """Return whether both statements allow the same points; the words name one that differs."""
     shape = next(iter(points.values())).shape
-    holds, own = _all(wanted, shape), _all(stated, shape)
+    holds, holds_in_answer = _all(wanted, shape), _all(stated, shape)
     clear = [np.broadcast_to(_is_clear(row), shape) for row in (*wanted, *stated)]
-    differ = np.flatnonzero((holds != own) & np.all(clear, axis=0))
+    differ = np.flatnonzero((holds != holds_in_answer) & np.all(clear, axis=0))
     if not differ.size:
         return Condition(True, "the feasible set is right")
     first = differ[0]
@@ -183,13 +183,13 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
     """Whether both objectives prefer the same of any two feasible points, such as f and 2 f."""
     holds = _all(check(wanted, points), next(iter(points.values())).shape)
     inside = {name: values[holds] for name, values in points.items()}
-    asked, own = (
+    wanted_goal, reached = (
         problem.sign * np.broadcast_to(evaluate(problem.objective, inside), int(holds.sum()))
         for problem in (wanted, model)
     )
-    own = own[np.lexsort((-own, asked))]
-    worst = (np.maximum.accumulate(own) - own).max(initial=0.0)
-    return bool(worst <= SAME_OPTIMUM_SHARE * np.abs(own).max(initial=0.0))
+    reached = reached[np.lexsort((-reached, wanted_goal))]
+    worst = (np.maximum.accumulate(reached) - reached).max(initial=0.0)
+    return bool(worst <= SAME_OPTIMUM_SHARE * np.abs(reached).max(initial=0.0))
 
 
 def _point_words(point: Mapping[str, float]) -> str:

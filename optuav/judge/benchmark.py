@@ -73,12 +73,12 @@ class CheckedSolution:
 
     def to_dict(self) -> dict[str, object]:
         """The same as plain data, with the gaps to the best known value and to the bound [s]."""
-        known, hover_s = self.answer, self.hover_s
-        values = known.hover_s, known.bound_s
+        reference, hover_s = self.answer, self.hover_s
+        values = reference.hover_s, reference.bound_s
         gaps = [None if None in (x, hover_s) else (x or 0.0) - (hover_s or 0.0) for x in values]
         question = ("mission", "problem", "perspective")
         return {
-            **{name: getattr(known, name) for name in question},
+            **{name: getattr(reference, name) for name in question},
             **{"holds": not self.wrong, "verdict": self.verdict, "wrong": [*self.wrong]},
             **{"claimed_s": self.claimed_s, "hover_s": hover_s},
             **dict(zip(("best_known_s", "bound_s"), values, strict=True)),

@@ -140,9 +140,9 @@ def scheduled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
         ends.append(before)
     if flown.exhausted[0]:
         end_s, missing_As = float(flown.clock_s[0]), 0.0
-        for each in (stage for phase in phases for stage in phase.stages):
-            unflown_s = min(max(each.end_s - end_s, 0.0), each.duration_s)
-            missing_As += float(each.drawn.current_A) * unflown_s
+        for simulated in (stage for phase in phases for stage in phase.stages):
+            unflown_s = min(max(simulated.end_s - end_s, 0.0), simulated.duration_s)
+            missing_As += float(simulated.drawn.current_A) * unflown_s
         if missing_As > JUDGE_TOLERANCE * float(mission.pool.capacity_As):
             words = "no pack is left to fly on"
             events.append(FlightEvent("empty", end_s, words, -missing_As, 0.0, "A s"))
@@ -163,13 +163,13 @@ def soc(
     full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and nominally.
     """
     times_s, energies_J, flown_As = [0.0], [(0.0, 0.0, 0.0)], 0.0
-    for kind, each in ((phase.kind, stage) for phase in flown for stage in phase.stages):
-        flows = (each.drawn, each.received)
-        drawn_J, received_J = (each.duration_s * float(flow.power_W) for flow in flows)
+    for kind, stage in ((phase.kind, stage) for phase in flown for stage in phase.stages):
+        flows = (stage.drawn, stage.received)
+        drawn_J, received_J = (stage.duration_s * float(flow.power_W) for flow in flows)
         in_flight, in_hover = drawn_J * (kind == "flight"), drawn_J * (kind == "hover")
         energies_J.append((in_flight, in_hover, received_J - drawn_J * (kind == "rest")))
-        flown_As += each.duration_s * each.drawn.current_A * (kind == "flight")
-        times_s.append(each.end_s)
+        flown_As += stage.duration_s * stage.drawn.current_A * (kind == "flight")
+        times_s.append(stage.end_s)
     total_J = np.cumsum(energies_J, axis=0).T
     flight_J, hover_J, gained_J = (np.interp(time_s, times_s, energy_J) for energy_J in total_J)
     (hover_A, hover_W), battery = vehicle.hover_load(mission), mission.battery

@@ -157,7 +157,7 @@ class Replay(Judged):
         """Route, times and charge left, in words; empty where the mission cannot be flown."""
         if not self.phases:
             return []
-        times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
+        times = (f"{name.split('_')[0]} {time_s:.2f} s" for name, time_s in self.times_s.items())
         levels = (f"{name} {percent(level)}" for name, level in self.soc.items())
         charge = f"{', '.join(levels)} left"
         return [("Route", " → ".join(self.route)), ("Times", ", ".join(times)), ("Charge", charge)]
@@ -185,7 +185,7 @@ class Replay(Judged):
         from optuav.plan.display import Levels, picture
 
         wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
-        phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
+        phases = ((phase.kind, phase.start_s, phase.end_s - phase.start_s) for phase in self.phases)
         full, passed_s = self.mission.pool.full, map(self.first_s, ("empty", "full"))
         return picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)
 
@@ -433,16 +433,16 @@ def _unserved(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterator[Fli
     hovers = [phase for phase in flown if phase.kind == "hover"]
     hover_s, end_s = sum(phase.duration_s for phase in hovers), flown[-1].end_s
     for device in mission.served:
-        own = [phase for phase in hovers if phase.end.name == device.name]
-        if len(own) != 1:
-            often = f"{len(own)} times, not once" if own else "not at all"
+        of_device = [phase for phase in hovers if phase.end.name == device.name]
+        if len(of_device) != 1:
+            often = f"{len(of_device)} times, not once" if of_device else "not at all"
             words = f"device {device.name} is hovered over {often}"
-            yield FlightEvent("device", own[1].start_s if own else end_s, words)
+            yield FlightEvent("device", of_device[1].start_s if of_device else end_s, words)
             continue
-        due_s, flown_s = device.share * hover_s, own[0].duration_s
+        due_s, flown_s = device.share * hover_s, of_device[0].duration_s
         if abs(flown_s - due_s) > max(SHARE_S, JUDGE_TOLERANCE * due_s):
             words = f"the hover over device {device.name} is not its share {device.share:.6g} of Δ"
-            yield FlightEvent("share", own[0].start_s, words, flown_s, due_s, "s")
+            yield FlightEvent("share", of_device[0].start_s, words, flown_s, due_s, "s")
     names = {device.name for device in mission.served}
     for phase in hovers:
         if phase.end.name not in names:

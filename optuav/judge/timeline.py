@@ -111,7 +111,7 @@ STOP = f"a table (in Python a Stop) with {', '.join(ALLOWED)}"
 
 def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:
     """Yield the faults of stated stops; places are judged if the mission is known."""
-    known = (*ends_of(mission), *mission.buildings.names) if mission else ()
+    place_names = (*ends_of(mission), *mission.buildings.names) if mission else ()
     for number, stop in enumerate(stops):
         if not isinstance(stop, dict):
             yield Breach(("stops", number), STOP)
@@ -124,8 +124,13 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
                 yield Breach(key, f"is missing; {words}")
             elif not fits(stop[name]):
                 yield Breach(key, words)
-            elif mission and name == "at" and isinstance(at := stop[name], str) and at not in known:
-                hint = nearest(at, known)
+            elif (
+                mission
+                and name == "at"
+                and isinstance(at := stop[name], str)
+                and at not in place_names
+            ):
+                hint = nearest(at, place_names)
                 yield Breach(key, f"is not a place of the mission {mission.name}{hint}")
 
 
@@ -319,10 +324,10 @@ def _ways(
             ways = build_ways(mission, town, ends_m.reshape(1, -1, 3), lines, roofs)
             blockers, waypoints_m = ways.blocker[0], ways.of_legs(np.arange(len(ends)), turned)[0]
     for move, blocker, bent_m in zip(planned, blockers.tolist(), waypoints_m, strict=True):
-        known = move.waypoints_m
-        if known is None:
-            known = tuple(map(tuple, bent_m[np.isfinite(bent_m[:, 0])].tolist()))
-        yield CLEAR if known else blocker, known
+        bends_m = move.waypoints_m
+        if bends_m is None:
+            bends_m = tuple(map(tuple, bent_m[np.isfinite(bent_m[:, 0])].tolist()))
+        yield CLEAR if bends_m else blocker, bends_m
 
 
 def segments(

@@ -172,12 +172,12 @@ class Drone(MissionSection):
     if not TYPE_CHECKING:  # which knows the fields by their annotations
 
         def __init__(self, **stated: Any) -> None:
-            known = without_none(stated)
-            faults = [*self.misfits(known)]
+            settings = without_none(stated)
+            faults = [*self.misfits(settings)]
             try:
-                super().__init__(**known)
+                super().__init__(**settings)
             except ValidationError as error:
-                document = StatedMission(known)
+                document = StatedMission(settings)
                 faults += document.faults(breaches_of(type(self), error, document))
             refuse(faults)
 

@@ -230,9 +230,9 @@ def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
     if place in faulty:
         return UNKNOWN
     if isinstance(value, dict):
-        return {key: mask_faulty(each, faulty, (*place, key)) for key, each in value.items()}
+        return {key: mask_faulty(item, faulty, (*place, key)) for key, item in value.items()}
     if len(place) == 1 and place[0] in LISTS and isinstance(value, list | tuple):
-        return [mask_faulty(each, faulty, (*place, number)) for number, each in enumerate(value)]
+        return [mask_faulty(item, faulty, (*place, number)) for number, item in enumerate(value)]
     return value
 
 

@@ -259,7 +259,9 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
         else:
             faults.append(Fault(name, shown(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
-    others = {np.shape(each.value) for name, each in model_given.items() if name not in found}
+    others = {
+        np.shape(parameter.value) for name, parameter in model_given.items() if name not in found
+    }
     try:
         np.broadcast_shapes(*shapes.values(), *others)
     except ValueError:

@@ -181,7 +181,7 @@ class Model(Declaration):
         for variable in model.variables:
             low, high = variable.lower, variable.upper
             variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)
-        parameters = {name: twins[id(each)] for name, each in walk.given.items()}
+        parameters = {name: twins[id(parameter)] for name, parameter in walk.given.items()}
         model._walk = Walk(state, trees, [twins[id(node)] for node in walk.nodes], parameters)
         return model
 

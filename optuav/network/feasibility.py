@@ -315,8 +315,8 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    known = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
-    _, *times_s = (time_s if flies else None for time_s, flies in known)
+    flights = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
+    _, *times_s = (time_s if flies else None for time_s, flies in flights)
     places_of_rest = 1 + len(mission.served)
     figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):

@@ -240,7 +240,7 @@ def edited_legs(
 
     A leg without an edge is forbidden if it is `needed` (leg,), by default all; others stay.
     """
-    table = {name: each.copy() for name, each in legs.arrays.items()}
+    table = {name: column.copy() for name, column in legs.arrays.items()}
     table["flyable"][slice(None) if needed is None else needed] = False
     table["edited"][:] = False
     figures = np.stack([getattr(legs, name) for name in EDGE_FIGURES], axis=1)

@@ -108,8 +108,8 @@ def build_ways(
     limits_m = np.stack(np.broadcast_arrays(*own_limits_m), axis=-1)
     rows = max(len(position_m), len(limits_m))
     ends_m = position_m[:, lines].reshape(-1, count, 6)
-    shapes = ((each, (rows, count, each.shape[-1])) for each in (ends_m, limits_m))
-    table = np.concatenate([np.broadcast_to(*each) for each in shapes], axis=-1)
+    shapes = ((column, (rows, count, column.shape[-1])) for column in (ends_m, limits_m))
+    table = np.concatenate([np.broadcast_to(*column) for column in shapes], axis=-1)
     # A line that is as in the first variant of its town is bent once.
     first = np.arange(rows) // (in_town := rows // len(towns)) * in_town
     source = np.where((table == table[first]).all(axis=2).T, first, np.arange(rows)).T

@@ -194,7 +194,10 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
             "deadline_s": plan.mission.limits.deadline_s,
             "perspective": plan.perspective,
             **{f"{time}_time_s": getattr(plan, f"{time}_time_s") for time in times},
-            **{f"eta{n}_percent": eta(plan, each) for n, each in enumerate(PAPER, start=1)},
+            **{
+                f"eta{n}_percent": eta(plan, perspective)
+                for n, perspective in enumerate(PAPER, start=1)
+            },
             **{end: getattr(plan, end) for end in ends},
             "route": " > ".join(plan.route),
             "stays": "; ".join(_stays(plan)),
@@ -369,8 +372,8 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     inner = [bend for bend in bends if first_As < bend < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
     columns = {"pack_As": packs_As, "optimum_with_laser_and_own_pack_s": best_s}
-    for name, each in (("without", dark), ("with", mission)):
-        plans = (curves.direct(each, pack_As, perspective) for pack_As in packs_As)
+    for name, subject in (("without", dark), ("with", mission)):
+        plans = (curves.direct(subject, pack_As, perspective) for pack_As in packs_As)
         columns[f"direct_{name}_laser_s"] = [p.hover_time_s if p else math.nan for p in plans]
     words = {"own_As": own_As, "best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
     if crossing_As is not None:

@@ -135,7 +135,7 @@ def reproduce(
     optuav.errors.InputError: only = 'fig99': must be one of wells, system, ...
     """
     loaded = None if mission is None else load(mission)
-    known = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
+    choices = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
     only = several("only", only, str, "the name of a study, or several", 0)
     wrong = [
         Fault(
@@ -144,9 +144,9 @@ def reproduce(
             "cannot be the ledger, which belongs to the paper's two missions",
         )
         if name == LEDGER
-        else Fault("only", shown(name), f"one of {', '.join(known)}{nearest(name, known)}")
+        else Fault("only", shown(name), f"one of {', '.join(choices)}{nearest(name, choices)}")
         for name in only
-        if name not in known
+        if name not in choices
     ]
     refuse([*wrong, *misfits(("workers", workers, WORKERS))])
     folder, files = path_of(directory, "directory"), _files(loaded, only, progress, workers)

@@ -283,9 +283,9 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
         with collected(of_table):
             table = with_table(mission.buildings, data[TABLE], folder)
             fields["mission"] = mission.replace({"buildings": table})
-    faults = [replace(each, key=f"mission.{each.key}".rstrip(".")) for each in of_mission]
-    faults += [each if each.key else Fault(TABLE, "", str(each)) for each in of_table]
-    faults = [replace(each, source=source) for each in faults]
+    faults = [replace(fault, key=f"mission.{fault.key}".rstrip(".")) for fault in of_mission]
+    faults += [fault if fault.key else Fault(TABLE, "", str(fault)) for fault in of_table]
+    faults = [replace(fault, source=source) for fault in faults]
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:

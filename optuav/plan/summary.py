@@ -52,8 +52,8 @@ def blocks(plan: PlanData) -> Iterator[Block]:
 
 def question_blocks(plan: PlanData) -> Iterator[Block]:
     """The verdict in HTML; the question and its answer, there folded."""
-    known = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
-    yield Fold("", [known], in_text=False)
+    headline = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
+    yield Fold("", [headline], in_text=False)
     yield Fold("Question", [Facts(heading(plan))], is_open=not plan)
 
 
@@ -159,8 +159,10 @@ def outcome(plan: PlanData) -> list[Line]:
     )
     left += [f"{percent(levels[CHARGE])} of the battery"] if CHARGE in levels else []
     lines = [("Route", " → ".join(plan.route)), ("Charge left", ", ".join(left) or "unknown")]
-    known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
-    for name, value in (("Objective", known), ("Bound", plan.bound)):
+    shown_objective = (
+        None if plan.problem in LONGEST_HOVER else plan.objective
+    )  # The hover is shown above
+    for name, value in (("Objective", shown_objective), ("Bound", plan.bound)):
         if value is not None:
             reached = with_unit(value, plan.objective_unit)
             lines.append((name, reached + "; none is better" * (name == "Bound")))

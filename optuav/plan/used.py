@@ -53,7 +53,7 @@ def with_table(embedded: Buildings, stated: object, folder: Path) -> Buildings:
     """
     kinds = {"path": str, "sha256": str, "buildings": int}
     known: dict[str, Any] = stated if isinstance(stated, dict) else {}
-    if {key: type(each) for key, each in known.items()} != kinds or "\0" in known["path"]:
+    if {key: type(value) for key, value in known.items()} != kinds or "\0" in known["path"]:
         raise InputError(
             [Fault(TABLE, shown(stated), "must have path, sha256 and buildings of a table")]
         )

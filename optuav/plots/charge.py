@@ -88,8 +88,9 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     ends = [plan.runs_dry_s for plan in plans], [plan.overfull_s for plan in plans]
     hatched = [any(moment_s is not None for moment_s in moments) for moments in ends]
     _legend_below(axes, [*drawn[:-2], *compress(drawn[-2:], hatched)], plans)
-    for ax, plan, replayed in zip(axes, plans, replays, strict=True):
+    for ax, replayed in zip(axes, replays, strict=True):
         style.draw_bands([ax], style.phase_bands(replayed))
+    for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
         under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
         events = list[tuple[str, float, float, str]]()

@@ -306,7 +306,7 @@ def _apart(lines: Sequence[Line], span: float) -> tuple[list[float], list[str]]:
 
 def _near(one: Line, other: Line, most: float) -> Booleans:
     """Where two lines over the same values differ by so little; nowhere if over others."""
-    (x, y), (other_x, other_y) = (np.asarray(each[1:3], dtype=float) for each in (one, other))
+    (x, y), (other_x, other_y) = (np.asarray(line[1:3], dtype=float) for line in (one, other))
     if not np.array_equal(x, other_x):
         return np.zeros(0, dtype=bool)
     near: Booleans = np.isclose(y, other_y, rtol=0.0, atol=most, equal_nan=True)

@@ -65,7 +65,7 @@ def distribution(
     'available: no plan in 1 of 3'
     """
     found = answered(found)
-    variables = [str(name) for name, each in found.data_vars.items() if each.dtype.kind == "f"]
+    variables = [str(name) for name, values in found.data_vars.items() if values.dtype.kind == "f"]
     if variable not in variables:
         raise InputError([unknown("variable", variable, variables)])
     values = found[variable]

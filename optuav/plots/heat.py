@@ -79,7 +79,7 @@ def heat_map(
         drawn = {_named(level): np.concatenate(lines) for level, lines in segments.items()}
         marks = [np.asarray(line.get_xydata()) for line in ax.lines]
         drawn["marks"] = np.concatenate([np.empty((0, 2)), *marks])
-        ways = {name: ax.transData.transform(each) for name, each in drawn.items()}
+        ways = {name: ax.transData.transform(way) for name, way in drawn.items()}
         if segments:
             known_levels, lines = [*segments], [*segments.values()]
             contours = ContourSet(ax, known_levels, lines, colors=BLACK, linewidths=0.5)

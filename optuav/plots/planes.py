@@ -86,7 +86,7 @@ def plane(
     points = [(getattr(plan, across.name), getattr(plan, upward.name)) for plan in flown]
     route = flown[0].route if flown else ()
     moments = (constraint.moment for constraint in model.constraints)
-    if 0 < len(route) <= max((getattr(each, "flight", 0) for each in moments), default=0):
+    if 0 < len(route) <= max((getattr(moment, "flight", 0) for moment in moments), default=0):
         words = "plans of the itinerary of this model"
         raise InputError([Fault("plans", " → ".join(route), words)])
     ax = ax or style.page(4.4).subplots()

@@ -133,7 +133,9 @@ def _drawn(found: xarray.Dataset, ax: Axes | None) -> Iterator[tuple[str, Axes]]
 
 def _checked(found: xarray.Dataset) -> tuple[_Sweep, list[str]]:
     """What is swept, and the keys over which it is."""
-    rows = [name for name, each in getattr(found, "coords", {}).items() if each.dims == ROWS]
+    rows = [
+        name for name, coordinate in getattr(found, "coords", {}).items() if coordinate.dims == ROWS
+    ]
     if len(rows) == 1:
         found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
     hover_s, attributes = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
@@ -245,8 +247,8 @@ def _line_panels(
 ) -> tuple[str, str]:
     """Draw lines in every panel, with one legend; the labels of both axes."""
     across, each = _by_size(tables[0], keys)
-    known = np.concatenate([table.to_numpy().ravel() for table in tables])
-    limits = style.margins(known[np.isfinite(known)].tolist() or [0.0])
+    drawn_values = np.concatenate([table.to_numpy().ravel() for table in tables])
+    limits = style.margins(drawn_values[np.isfinite(drawn_values)].tolist() or [0.0])
     for ax, table in zip(panels, tables, strict=True):
         rows = [table.sel({each: value}) for value in table[each].values.tolist()]
         lines = [_line(sweep.value(each, float(row[each])), across, row) for row in rows]

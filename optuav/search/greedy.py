@@ -44,7 +44,7 @@ def _likeliest(terrain: Terrain) -> list[int]:
     gained_A, roofs = terrain.stay_current_A[FIRST_BUILDING:], slice(FIRST_BUILDING, None)
     drawn_A, size_As = -terrain.stay_current_A[HOVER], float(terrain.battery.capacity_As)
     figures = terrain.duration_s, _charges(terrain)
-    flight_s, flight_As = (each[HOVER, roofs] + each[roofs, HOVER] for each in figures)
+    flight_s, flight_As = (figure[HOVER, roofs] + figure[roofs, HOVER] for figure in figures)
     with np.errstate(divide="ignore", invalid="ignore"):
         hover_s = (size_As - flight_As) / drawn_A
         share = hover_s / (hover_s + flight_s + size_As / gained_A)

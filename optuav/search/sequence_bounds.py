@@ -120,8 +120,8 @@ def programmes(terrain: Terrain, boxes: Boxes) -> Programmes:
         rows.append(slope_A * before - gained)
         limits.append(charge_As - height_As - slope_A * (elapsed_s - at_s))
     wells = zip(*_wells(terrain, boxes, legs, gained, charge_As, tapers), strict=True)
-    for each, more in zip((rows, limits), wells, strict=True):
-        each.append(np.array(more))
+    for blocks, more in zip((rows, limits), wells, strict=True):
+        blocks.append(np.array(more))
     return Programmes(np.concatenate(rows), np.concatenate(limits), tops)
 
 

@@ -393,9 +393,9 @@ def step_of(separation_m: float | str | Sequence[float]) -> tuple[float, ...]:
     """A separation as a step (x, y, z) [m], a number being one in height."""
     number = isinstance(separation_m, int | float)
     step_m: Any = (0.0, 0.0, separation_m) if number else separation_m
-    known = isinstance(step_m, Sequence) and len(step_m) == 3 and all(map(STEP.accepts, step_m))
+    is_step = isinstance(step_m, Sequence) and len(step_m) == 3 and all(map(STEP.accepts, step_m))
     least = 0.0 if number else -1000.0
-    if not known or not 0.0 < math.hypot(*step_m) <= 1000.0 or step_m[2] < least:
+    if not is_step or not 0.0 < math.hypot(*step_m) <= 1000.0 or step_m[2] < least:
         words = "must be a number, 0 < x <= 1000, or a step (x, y, z), up to 1000 long [m]"
         raise InputError([Fault("separation_m", shown(separation_m), words)])
     return tuple(map(float, step_m))

@@ -106,13 +106,13 @@ def save_flights(
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
-    told = [*_lost(event, begin, height_m), *_told(event)]
-    said_by_all = *told, AUDITS
+    sentences = [*_lost(event, begin, height_m), *_told(event)]
+    said_by_all = *sentences, AUDITS
     files, flights = dict[Path, bytes](), list[PilotFlight]()
     cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
         course, visits, warnings = _of_drone(event, drone, begin, height_m)
-        told += warnings
+        sentences += warnings
         course = course._replace(notes=(*course.notes, verdict, *warnings, *said_by_all))
         flights += visits
         flown = [visit for visit in visits if not visit.fails]
@@ -144,7 +144,7 @@ def save_flights(
     write_files(files)
     from optuav.plots import save_figures
 
-    return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
+    return PilotFiles((*files, *save_figures(pictures, folder)), (*sentences, *cost))
 
 
 def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:

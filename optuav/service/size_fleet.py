@@ -249,28 +249,28 @@ def size_fleet(
             )
         with collected(faults):
             step_m = step_of(separation_m)
-    stated: Mapping[str, float] | None = None
+    tariff: Mapping[str, float] | None = None
     with collected(faults):
-        stated = None if prices is None else _prices(prices)
+        tariff = None if prices is None else _prices(prices)
     with collected(faults):
         loaded = load_one_device(mission, "the size of a fleet")
     refuse(faults)
     cycles = dict(_cycles(loaded, swap_s))
     rows = [
-        _row(name, cycle, share, overlap_s, stated, hours, step_m) for name, cycle in cycles.items()
+        _row(name, cycle, share, overlap_s, tariff, hours, step_m) for name, cycle in cycles.items()
     ]
     if all(row["why"] for row in rows):
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
-    if stated is not None:
-        rows.append(_sized("tether", None, cost=_tethers(share, stated["tether"])))
+    if tariff is not None:
+        rows.append(_sized("tether", None, cost=_tethers(share, tariff["tether"])))
     return FleetSizes(
         mission=loaded,
         rows=tuple(rows),
         share=share,
         overlap_s=overlap_s,
         swap_s=swap_s,
-        prices=stated,
+        prices=tariff,
         hours=hours,
         separation_m=step_m,
         in_calm_air=in_calm_air(
@@ -312,17 +312,17 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
     words = "prices by name, or the path of a TOML file with them"
     of_kind("prices", prices, Mapping | str | Path, words)
     source = "" if isinstance(prices, Mapping) else label(path_of(prices))
-    stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
-    faults = [unknown("prices", name, PRICED) for name in stated if name not in PRICED]
-    known, missing = ([n for n in PRICED if (n in stated) is there] for there in (True, False))
-    faults += misfits(*((f"prices.{name}", stated[name], PRICE) for name in known))
+    tariff = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
+    faults = [unknown("prices", name, PRICED) for name in tariff if name not in PRICED]
+    present, missing = ([n for n in PRICED if (n in tariff) is there] for there in (True, False))
+    faults += misfits(*((f"prices.{name}", tariff[name], PRICE) for name in present))
     if missing:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(replace(fault, source=source) for fault in faults)
-    if not any(stated.values()):
+    if not any(tariff.values()):
         words = f"at least one above 0, each {PRICE.words}; leave prices out to see only the counts"
         raise InputError([Fault("prices", "all 0", words, source)])
-    return stated
+    return tariff
 
 
 def _row(
@@ -342,16 +342,16 @@ def _row(
             rings = _rings_of_event(cycle, hours, overlap_s, step_m)
             best = min(rings, key=lambda ring: 0.0 if prices is None else ring.cost(prices))
             return _sized(technology, best, cost=None if prices is None else best.cost(prices))
-        asked = _ring(cycle, share, overlap_s)
+        shared = _ring(cycle, share, overlap_s)
     except (InputError, NoPlanError) as error:
         return _sized(technology, None, why=str(error))
     # As many drones may start faster: without waiting, or as often as one beam more allows.
     counted_s = cycle.hover_s - overlap_s
-    fastest = max(share, asked.drones * counted_s / cycle.period_s)
+    fastest = max(share, shared.drones * counted_s / cycle.period_s)
     part = counted_s / cycle.hover_s  # Of the hovers, which counts
     shares = {min(fastest, upwards(share / part) * part), fastest} - {share}
     rings = [_ring(cycle, faster, overlap_s) for faster in shares if SHARE.accepts(faster)]
-    best = min([asked, *rings])
+    best = min([shared, *rings])
     return _sized(technology, best, cost=None if prices is None else best.cost(prices))
 
 

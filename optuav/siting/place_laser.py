@@ -188,8 +188,8 @@ class Siting(Presented):
     def to_frame(self) -> DataFrame:
         """Return one row per mission: its name, its `laser`, and its hover ``hover_s`` [s]."""
         rows = [
-            (each.name, laser, hover_s[laser] if laser >= 0 else np.nan)
-            for each, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
+            (mission.name, laser, hover_s[laser] if laser >= 0 else np.nan)
+            for mission, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
         ]
         return frame(rows, ["mission", "laser", "hover_s"])
 

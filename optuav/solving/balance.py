@@ -44,7 +44,7 @@ class Balance(NamedTuple):
 
     def take(self, which: Integers) -> Balance:
         """Spare, drawn, gained and time left of some routes."""
-        spare, drawn, gained, left_s = (np.asarray(each)[which] for each in self[:4])
+        spare, drawn, gained, left_s = (np.asarray(figure)[which] for figure in self[:4])
         return Balance(spare, drawn, gained, left_s)
 
     def map(self, take: Callable[[Any], Any]) -> Balance:
@@ -64,7 +64,7 @@ def balance(variants: Variants, perspective: Perspective) -> Balance:
     rests, last = routes.building >= 0, routes.devices.shape[1]
     charge_As, energy_J = (np.zeros((1, 1)) for _ in range(2))
     for number, legs in enumerate(routes.legs.T[: last + 1]):
-        charge, energy = (each.T[legs] for each in variants.of_legs[1:])
+        charge, energy = (table.T[legs] for table in variants.of_legs[1:])
         charge_As, energy_J = charge_As + charge, energy_J + energy
         upto = replace(columns, flight_charge_As=charge_As, flight_energy_J=energy_J)
         rested = rests & (number > routes.rest_after)

@@ -102,7 +102,7 @@ class BestPlans:
     @classmethod
     def none(cls, count: int) -> BestPlans:
         """No plan anywhere, and not known why."""
-        arrays: dict[str, Any] = {each.name: np.full(count, np.nan) for each in fields(cls)}
+        arrays: dict[str, Any] = {field.name: np.full(count, np.nan) for field in fields(cls)}
         codes = {name: np.zeros(count, np.int8) for name in ("status", "reason")}
         return cls(**arrays | codes | {"route": np.full(count, -1)})
 
@@ -179,7 +179,7 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         "objective": times_s[0] if answers.objective is None else answers.objective[won],
         "bound": np.nan if answers.bound is None else answers.bound[variant],
     }
-    plans = {name: _filled(each, variant.shape) for name, each in columns.items()}
+    plans = {name: _filled(column, variant.shape) for name, column in columns.items()}
     if np.count_nonzero(kept) == variants.count:
         return BestPlans(**plans)
     best = BestPlans.none(variants.count)
@@ -357,7 +357,7 @@ def in_steps(
 
     The stages of a flight are one step if the available well falls all along it.
     """
-    routes, shares = variants.network.routes, [each.share for each in variants.mission.served]
+    routes, shares = variants.network.routes, [device.share for device in variants.mission.served]
     whole = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
     whole = whole & (not route_quantities(variants).tapers)
     for shifts, alike in (variants.shifts, whole), ((), ~whole):

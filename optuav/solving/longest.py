@@ -153,7 +153,9 @@ def longest_hovers(
             return np.nan
         ends = (float(figure.min()), float(figure.max())) if figure.size else ()
         if not all(map(allowed.accepts, ends)):
-            first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
+            first = next(
+                number for number in figure.ravel().tolist() if not allowed.accepts(number)
+            )
             faults.append(Fault(name, f"{first:g}", allowed.words))
         if not figure.ndim:
             return float(figure)
@@ -180,7 +182,7 @@ def longest_hovers(
         words += '; or shares of the hover, as ("hover", 0.5), that add up to 1'
         faults.append(Fault("steps", shown(stays)[:40], words))
     figures_given = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
-    of_battery = {each.name: getattr(battery, each.name) for each in fields(Battery)}
+    of_battery = {field.name: getattr(battery, field.name) for field in fields(Battery)}
     figures_given |= {"deadline_s": deadline_s, "min_soc": min_soc, **of_battery}
     figures = {name: read(name, value, RANGES[name]) for name, value in figures_given.items()}
     if len(shapes) > 1:
@@ -236,8 +238,8 @@ def longest(
             pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
     rows, x_top, y_top = _rows(given, count)
-    x, y, beyond = known = bracket_largest(rows, x_top, y_top, least=least_s)
-    return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
+    x, y, beyond = bracketed = bracket_largest(rows, x_top, y_top, least=least_s)
+    return Hovers(x, shortest(rows, bracketed, y_top) if shortest_rest else y, beyond)
 
 
 def shortest_rests(given: Quantities, count: int, hover_s: float) -> Floats:

@@ -338,8 +338,8 @@ class Program:
         unknowns_of_point = frozenset[str]().union(*kinds) & point.keys()
         matching = [part for part in self.parts if part.unknowns == unknowns_of_point]
         if not matching:
-            known = " or ".join(", ".join(sorted(unknowns)) for unknowns in kinds)
-            raise InputError(f"a point of this program has values for {known or 'no unknown'}")
+            expected = " or ".join(", ".join(sorted(unknowns)) for unknowns in kinds)
+            raise InputError(f"a point of this program has values for {expected or 'no unknown'}")
         known_names = unknowns_of_point.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in known_names]:
             parameters = dict.fromkeys(name for part in matching for name in part.model.parameters)
@@ -415,12 +415,12 @@ class Program:
         """Return the best plan from known answers to all parts, evaluated again."""
         question, network = self.question, self.network
         engine, proof = solutions[0].engine, solutions[0].proof
-        asked = replace(question, engine=engine)
+        with_engine = replace(question, engine=engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         for solution in solutions:
             solution.refuse_unusable()
         if Status.UNBOUNDED in statuses:
-            return plan_without(asked, network, Status.UNBOUNDED, proof, [ENDLESS])
+            return plan_without(with_engine, network, Status.UNBOUNDED, proof, [ENDLESS])
         chosen = self.best(solutions)
         if chosen is None:
             if Status.UNKNOWN in statuses:
@@ -431,7 +431,7 @@ class Program:
                     raise SolverError(f"{engine} found {nothing}{words}")
                 proof += ", by the engine bracket"
             why = shortfalls(question, network, self.parts)
-            return plan_without(asked, network, Status.INFEASIBLE, proof, why)
+            return plan_without(with_engine, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
         solution = solutions[number]
         plan = plan_of(question, network, self.parts[number], solution, entry)
@@ -445,8 +445,8 @@ class Program:
             unit = plan.objective_unit.removeprefix("1")
             more = f"{open_:.6g} {unit}".rstrip()
             notes.append(f"not proved: up to {more} more has not been ruled out")
-            known = {"status": Status.FEASIBLE, "proof": BOUNDED, "bound": best + open_}
-            plan = plan.model_copy(update=known)
+            changes = {"status": Status.FEASIBLE, "proof": BOUNDED, "bound": best + open_}
+            plan = plan.model_copy(update=changes)
         elif plan.status is solution.statuses[entry] and any(
             solution.beyond is None and Status.UNKNOWN in solution.statuses
             for solution in solutions
@@ -611,8 +611,8 @@ class CompiledProgram:
     def _objection(self, name: str, value: npt.ArrayLike) -> str:
         """Return the fault of a parameter's value; empty without a fault."""
         if name not in self._parameters:
-            hint, known = nearest(name, self._parameters), ", ".join(self._parameters)
-            return f"is not a parameter of the program{hint}; there are {known}"
+            hint, names = nearest(name, self._parameters), ", ".join(self._parameters)
+            return f"is not a parameter of the program{hint}; there are {names}"
         try:
             numbers = plain(None if isinstance(value, bool) else value)
         except ValueError:  # lists of different lengths

@@ -152,7 +152,9 @@ def _keys_by_name() -> dict[str, str]:
     for key in numeric_keys():
         stem, _, axis = key.replace(".", "_", 1).partition("[")
         keys[f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem] = key
-    return keys | {each.name: key for each in QUANTITIES if (key := each.metadata["key"])}
+    return keys | {
+        quantity.name: key for quantity in QUANTITIES if (key := quantity.metadata["key"])
+    }
 
 
 def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]:

@@ -249,7 +249,7 @@ def _budget(
 
     def of_routes(given: Quantities) -> Balance:
         values = (*affine_charge(given, perspective), given.time_left)
-        columns = (np.broadcast_to(each, (len(network.routes), 1)) for each in values)
+        columns = (np.broadcast_to(value, (len(network.routes), 1)) for value in values)
         return Balance(*(column[routes, 0] for column in columns))
 
     loaded, whole = map(of_routes, (table, without))
@@ -334,7 +334,7 @@ class SpeedSearch:
                 break
             points = self.of_route(route).starts(float(prices.price_A[0]))
             hover_s = self._tried(route, points, 0.0).tolist()
-            starts += [Point(each, route, at) for each, at in zip(hover_s, points, strict=True)]
+            starts += [Point(time_s, route, at) for time_s, at in zip(hover_s, points, strict=True)]
         return [point for point in starts if point.value >= 0.0]
 
     def tops(self) -> list[Point]:

@@ -332,10 +332,10 @@ def _stacked(
     """
     first = 0
     while first < len(every):
-        one, asked, last = every[first], questions[first], first + 1
+        one, wanted, last = every[first], questions[first], first + 1
         many = one.count * (1 + 2 * len(one.mission.buildings)) > ITINERARIES_AT_ONCE
-        if not many and all(_as_arrays(one.mission, question) for question in asked):
-            while last < len(every) and questions[last] == asked and _alike(one, every[last]):
+        if not many and all(_as_arrays(one.mission, question) for question in wanted):
+            while last < len(every) and questions[last] == wanted and _alike(one, every[last]):
                 last += 1
         if len(group := every[first:last]) > 1:
             rows = [scenarios.rows for scenarios in group if isinstance(scenarios.rows, Mapping)]
@@ -343,7 +343,7 @@ def _stacked(
             columns = {key: np.concatenate([row[key] for row in rows]) for key in keys}
             towns = tuple(scenarios.mission.buildings for scenarios in group)
             one = Scenarios(one.mission, columns, one.grid, towns)
-        yield first, one, asked
+        yield first, one, wanted
         first = last
 
 

@@ -12,7 +12,12 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, several, shown, unknown
 from optuav.options import Perspective
 from optuav.solving.question import LIMIT
-from optuav.studies.compare_methods import MethodComparison, Progress, compare_methods
+from optuav.studies.compare_methods import (
+    MethodComparison,
+    Progress,
+    compare_methods,
+    default_slots_s,
+)
 from optuav.studies.compare_plans import AXES, PERIODS_S, compare_plans
 from optuav.studies.processes import WORKERS
 from optuav.studies.results import Comparison
@@ -24,7 +29,6 @@ COMPARED: Mapping[str, tuple[str, ...]] = {
 """Engines whose answers are compared by how charge is counted; the first is the reference."""
 TAKEN_BY_ALL = {"schedule": "pooled", "charging": "constant"}
 """Settings of the battery that all engines compared under `available` take."""
-SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
 PERIOD = Range("s", ge=1e-3, le=1e7)
 ALONE = {
     **dict.fromkeys(("engines", "time_limit_s", "times", "workers"), "method"),
@@ -101,8 +105,9 @@ def compare(
         How to count charge, as for `optuav.solve` except ``"wells"``; None for ``"available"``,
         which is the only one by schedule.
     slots_s
-        Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60;
-        else one, by default continuous times.
+        Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60,
+        or 10 and 60 with several devices, which have many more routes; else one, by default
+        continuous times.
     engines
         By method: which engines to compare, the first always; by default all of these.
     time_limit_s
@@ -163,7 +168,8 @@ def compare(
         options = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
         others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
         refuse(Fault(f"battery.{n}", shown(own), f"{only!r}, {rest}") for n, own, only in others)
-        lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
+        lengths_s = default_slots_s(studied) if slots is None else slots
+        able = COMPARED[counted]
         engine_names = able if chosen is None else (able[0], *chosen)
         return compare_methods(
             studied, counted, lengths_s, engine_names, time_limit_s, progress, workers, times=times

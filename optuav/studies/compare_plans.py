@@ -128,12 +128,12 @@ class PlanComparison(Comparison):
         yield Table(heads, rows, len(words), 1)
         if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
             yield Note(meanings)
-        known = list[str]()
+        lines = list[str]()
         for proof in dict.fromkeys(map("; ".join, proofs.values())):
-            names = (name for name, each in proofs.items() if "; ".join(each) == proof)
-            known.append(f"{', '.join(names)}: {proof}")
+            names = (name for name, parts in proofs.items() if "; ".join(parts) == proof)
+            lines.append(f"{', '.join(names)}: {proof}")
         reasons = dict.fromkeys(reason for row in self.rows for reason in row["reasons"])
-        yield Note([*known, *(f"Because {reason}" for reason in reasons)])
+        yield Note([*lines, *(f"Because {reason}" for reason in reasons)])
 
     def _names(self) -> Iterator[str]:
         """Yield the name of each row: what differs between the rows."""

@@ -115,9 +115,11 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> SpeedCompariso
     }
     plan = plans["free"] = free.solve()
     answers = list[tuple[str, float | None, tuple[float, ...], str]]()
-    for method, each in plans.items():
-        flown = tuple(speed for leg in each.speeds_m_s for speed in leg) if each else ()
-        answers.append((method, each.hover_time_s if each else None, flown, each.status.value))
+    for method, answer in plans.items():
+        flown = tuple(speed for leg in answer.speeds_m_s for speed in leg) if answer else ()
+        answers.append(
+            (method, answer.hover_time_s if answer else None, flown, answer.status.value)
+        )
     route: RouteSpeeds | None = None
     if plan:
         solutions = free.answers()

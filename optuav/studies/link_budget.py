@@ -206,11 +206,11 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     """
     mission = load(mission)
     if not isinstance(beam := mission.beam, SpreadingBeam):
-        able = [shown(name) for name, each in BEAMS.items() if issubclass(each, SpreadingBeam)]
-        words, stated = f"must be {' or '.join(able)}, a beam that spreads", ""
+        able = [shown(name) for name, kind in BEAMS.items() if issubclass(kind, SpreadingBeam)]
+        words, value = f"must be {' or '.join(able)}, a beam that spreads", ""
         if mission.laser and mission.laser.beam:
-            stated = shown(mission.laser.beam)
-        raise InputError([Fault("laser.beam", stated, words if stated else f"is missing; {words}")])
+            value = shown(mission.laser.beam)
+        raise InputError([Fault("laser.beam", value, words if value else f"is missing; {words}")])
     name, number, place_m = _place(mission, at)
     away_m = float(vehicle.laser_distance_m(mission, place_m))
     chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)

@@ -46,6 +46,8 @@ FORMS = (
     'or { deviation = 0.1 }, each with or without along = ["table.key"]'
 )
 KINDS = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
+PARTS = {"along", "count"}.union(*KINDS)
+"""What a table of one key states; of other tables, the keys."""
 WAVELENGTH, COEFFICIENTS = "laser.wavelength_nm", tuple(CONVERSIONS[810])
 
 
@@ -297,13 +299,18 @@ def _start(form: object) -> tuple[float, float] | None:
 
 
 def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
-    """Keys with their values; inner tables give dotted names."""
+    """Keys with their values; inner tables, and those of devices in them, give dotted names."""
     for key, content in stated.items():
         name = key if isinstance(key, str) else shown(key)
-        if isinstance(content, dict) and "." not in name:
-            yield from ((f"{name}.{key}", values) for key, values in content.items())
-        else:
+        if not isinstance(content, dict) or "." in name:
             yield name, content
+            continue
+        for inner, values in content.items():
+            dotted_name = f"{name}.{inner}"
+            if name == "devices" and isinstance(values, dict) and not values.keys() <= PARTS:
+                yield from ((f"{dotted_name}.{field}", value) for field, value in values.items())
+            else:
+                yield dotted_name, values
 
 
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:

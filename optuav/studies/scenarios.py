@@ -140,15 +140,15 @@ class Scenarios:
                 ]
                 columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
         for key, sizes in DISPLACED.items():
-            stated, changed = (
+            value, changed = (
                 stated_value(mission, key),
                 [size for size in sizes if size in columns],
             )
-            if stated is not None and key not in columns and changed:
+            if value is not None and key not in columns and changed:
                 same = np.logical_and.reduce(
                     [columns[e] == stated_value(mission, e) for e in changed]
                 )
-                columns[key] = np.where(same, stated, np.nan)
+                columns[key] = np.where(same, value, np.nan)
         return columns
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
@@ -200,13 +200,13 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
     values = dict[str, Floats]()
     values_by_key = dict(dotted(ranges))
     faults += unknown_keys(values_by_key)
-    known = ((key, range_of(key)) for key in values_by_key)
-    for key, allowed in ((key, allowed) for key, allowed in known if allowed is not None):
+    of_keys = ((key, range_of(key)) for key in values_by_key)
+    for key, allowed in ((key, allowed) for key, allowed in of_keys if allowed is not None):
         values[key], fault = _column(key, values_by_key[key], allowed)
         faults += [fault] if fault else []
     lengths = {len(value) for value in values.values()}
     if paired and len(lengths) > 1:
-        words = ", ".join(f"{len(each)} of {key}" for key, each in values.items())
+        words = ", ".join(f"{len(column)} of {key}" for key, column in values.items())
         faults.append(Fault("paired", words, "one length for all keys"))
     return values
 

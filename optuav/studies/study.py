@@ -121,10 +121,12 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
         keys = dict.fromkeys(
             str(error_line["loc"][0]) for error_line in error.errors(include_url=False)
         )
-    known = StudyFile.model_fields
+    fields = StudyFile.model_fields
     for key in keys:
         words = (
-            range_in_words(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
+            range_in_words(StudyFile, key)
+            if key in fields
+            else f"unknown key{nearest(key, fields)}"
         )
         faults.append(Fault(key, shown(document.pop(key)), words))
     return StudyFile.model_validate(document)

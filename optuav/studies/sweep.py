@@ -290,8 +290,8 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     columns = stored.read(
         range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings, between=True)}
     )
-    known = {*LABELS, "perspective"}
-    if not known <= columns.keys() or None in map(range_of, columns.keys() - known):
+    taken = {*LABELS, "perspective"}
+    if not taken <= columns.keys() or None in map(range_of, columns.keys() - taken):
         raise files.refusal(directory, NOT_OURS)
     # A part has one line for each perspective of each scenario.
     values = {

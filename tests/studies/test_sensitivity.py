@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -588,3 +589,18 @@ def test_a_place_of_one_of_several_devices_is_a_key() -> None:
         moved = three().replace({"devices.west.position_m": [x, 2600, 0]})
         assert hover_s == pytest.approx(optuav.solve(moved).hover_time_s)
     assert {"devices.north.position_m[1]", "devices.east.position_m[0]"} <= rows.keys()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[devices.west]\n"position_m[0]" = { low = 300, high = 500 }\n',
+        '[devices]\nwest = { "position_m[0]" = { low = 300, high = 500 } }\n',
+        '[devices.west."position_m[0]"]\nlow = 300\nhigh = 500\n',
+    ],
+)
+def test_a_table_of_a_device_is_its_dotted_keys(tmp_path: Path, text: str) -> None:
+    """So it is for the tables of a mission."""
+    (tmp_path / "uncertainty.toml").write_text(text, "utf-8")
+    of_table = spreads(three(), tmp_path / "uncertainty.toml")
+    assert of_table == spreads(three(), {"devices.west.position_m[0]": {"low": 300, "high": 500}})

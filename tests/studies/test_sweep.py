@@ -131,11 +131,14 @@ def test_a_mission_of_the_benchmark_set_goes_by_its_name(tmp_path: Path) -> None
     assert found.hover_time_s.values.ravel() == pytest.approx([known], abs=1e-5)
 
 
-def test_a_place_of_one_of_several_devices_varies(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "grid", ['[grid]\n"devices.west.position_m[0]"', '[grid.devices.west]\n"position_m[0]"']
+)
+def test_a_place_of_one_of_several_devices_varies(tmp_path: Path, grid: str) -> None:
     """A column has the name of its key, and each scenario is solved as if it were stated."""
     three().save(tmp_path / "three.toml")
     key, x = "devices.west.position_m[0]", [300.0, 500.0]
-    text = f'mission = "three.toml"\noutput = "study"\n[grid]\n"{key}" = {x}\n'
+    text = f'mission = "three.toml"\noutput = "study"\n{grid} = {x}\n'
     file = tmp_path / "study.toml"
     file.write_text(text)
     found = optuav.open_sweep(optuav.sweep(file).directory)
