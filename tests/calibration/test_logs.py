@@ -6,6 +6,7 @@ The files are written by pyulog and by pymavlink's packer, or by hand after AirD
 from __future__ import annotations
 
 import struct
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -454,8 +455,9 @@ def test_without_their_libraries_logs_name_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for start, library in ((b"ULog\x01\x12\x35\x01", "pyulog"), (b"\xa3\x95\x80\x80", "pymavlink")):
-        monkeypatch.setitem(__import__("sys").modules, library, None)
-        monkeypatch.setitem(__import__("sys").modules, f"{library}.DFReader", None)
+        monkeypatch.setitem(sys.modules, library, None)
+        monkeypatch.setitem(sys.modules, f"{library}.DFReader", None)
+        monkeypatch.delitem(sys.modules, "optuav.calibration.logs.dataflash", raising=False)
         (tmp_path / "log").write_bytes(start)
         with pytest.raises(InputError, match=rf"needs {library}: .*optuav\[logs\]"):
             optuav.fit_regimes(tmp_path / "log")
