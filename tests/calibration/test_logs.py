@@ -399,6 +399,7 @@ def test_damaged_logs_raise_no_other_error(tmp_path: Path, name: str) -> None:
         (bytes(8) + b"\xfd" + bytes(40), "is a telemetry log of MAVLink"),
         (b'{"fileType": "Plan"}', "is a plan of QGroundControl"),
         (b"QGC WPL 110\n", "is a text of waypoints"),
+        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", "is a flight log of ArduPilot in text"),
         (b"<html><body>404</body></html>", "is a web page"),
         (b"ULog\x01\x12\x35\x01" + bytes(8), "ULog of PX4|no battery_status"),
         (b"time(millisecond),speed(mph)\n0,1\n", "no column of the current"),
