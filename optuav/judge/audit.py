@@ -16,6 +16,7 @@ from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
@@ -190,6 +191,12 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
     """The margin of a flight plan, and the last items from which places are in reach."""
     mission, least = judged.subject.mission, min(row.available for row in along)
     left, reserve = along[-1].charge, mission.limits.min_soc
+    if mission.start is not None:
+        begin_As = vehicle.start(mission).wells(mission.pool).total_As
+        yield (
+            "Take-off",
+            f"with {percent(float(begin_As / mission.pool.capacity_As))} of the charge",
+        )
     side = f"{percent(abs(left - reserve))} {'above' if left >= reserve else 'below'} the reserve"
     if abs(left - reserve) <= JUDGE_TOLERANCE:
         side = "at the reserve"

@@ -73,7 +73,8 @@ def flight_of(file: Path) -> StatedFlight:
     with collected(faults):
         items = _value(mission, "items", LIST, file, "mission.")
     _add_items(items, rows, notes, faults, file, "mission.items")
-    return flight_of_items(file, home, rows, speed_m_s, notes, faults)
+    start = document.get("start") if document.get("groundStation") == "optuav" else None
+    return flight_of_items(file, home, rows, speed_m_s, notes, faults)._replace(start=start)
 
 
 class ItemForm(NamedTuple):

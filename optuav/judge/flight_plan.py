@@ -7,7 +7,7 @@ waypoint without a stop.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -166,6 +166,7 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
             words = "the mission has no place on Earth: its buildings and its laser are left out"
             notes.append(words)
         system, drone = plane(flight.home), _without_places(drone)
+    drone = drone if flight.start is None else _started(drone, flight.start, file)
     ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(system), always_xy=True)
     home = _home_m(flight, drone, ahead, altitude_m, file)
     point_m = partial(_point_m, flight, home, ahead, file)
@@ -246,6 +247,14 @@ def _doubts(
     yield from _below_ground(goals)
     if last.kind not in ("land", "return") and goals[-1].at_m[2] > home[2]:
         yield f"the plan ends in the air at {last.item}, without a landing"
+
+
+def _started(drone: Mission, start: Mapping[str, float], file: Path) -> Mission:
+    """The mission with the charge that a file states for the take-off."""
+    try:
+        return drone.replace({"start": start})
+    except InputError as error:
+        raise InputError(replace(fault, source=label(file)) for fault in error.faults) from None
 
 
 def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:

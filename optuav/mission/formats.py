@@ -55,6 +55,7 @@ BINARY = (
 )
 """Bytes that identify a format, and where they begin; several may fit, and the first counts."""
 TEXT = (
+    (r"FMT, *\d+, *\d+, *\w+,", "a flight log of ArduPilot in text (.log); take its .bin"),
     (r"QGC WPL", "a text of waypoints; optuav audit reads it with --mission"),
     (r"(?=<)(?s:.*)<kml\b", "KML; optuav audit reads a flight plan in it with --mission"),
     (r"(?=<)(?s:.*)<osmChange", "a change of OpenStreetMap (.osc), not a map"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, printable, refuse, require
-from optuav.fields import Range
+from optuav.fields import COORDINATE, Range
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import label, parse_json, read_text, refusal
@@ -22,7 +22,6 @@ from optuav.network.map_extent import scene
 GRID = "grid"
 GRID_STEPS = 10.0  # Steps of a grid along its longer side, if no step is set
 STEP = Range("m", gt=0.0, le=1e6)
-HEIGHT = Range("m", ge=-1e6, le=1e6)
 MOST_CANDIDATES = 10_000  # Candidates of a grid
 LARGEST = 32_000_000  # Bytes of a file
 ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
@@ -123,6 +122,12 @@ def _on_plane(
         [point.longitude_deg for point in points], [point.latitude_deg for point in points]
     )
     z_m = [height_m if point.z_m is None else point.z_m for point in points]
+    words = f"a place whose x and y around the mission are each {COORDINATE.words}"
+    refuse(
+        Fault(f"candidates[{number}]", shown([point.longitude_deg, point.latitude_deg]), words)
+        for number, (point, *at_m) in enumerate(zip(points, x_m, y_m, strict=True))
+        if not all(map(COORDINATE.accepts, at_m))
+    )
     return Candidates(np.column_stack([x_m, y_m, z_m]), tuple(point.name for point in points))
 
 
@@ -150,9 +155,9 @@ def _points(document: Any, source: str) -> list[CandidatePoint]:
             value = "null" if at is None else shown(at)
             faults.append(Fault(f"features[{number}].geometry", value, POINTS, source))
         z_m = facts.get("z_m", 0.0) if isinstance(facts, dict) else None
-        if not HEIGHT.accepts(z_m):
+        if not COORDINATE.accepts(z_m):
             where = f"features[{number}].properties.z_m"
-            faults.append(Fault(where, shown(z_m), HEIGHT.words, source))
+            faults.append(Fault(where, shown(z_m), COORDINATE.words, source))
         elif not wrong:
             name = facts.get("name", facts.get("Name"))
             name_of_site = "" if name is None else OF_A_SITE.sub("", f"{name}")

@@ -6,6 +6,7 @@ The files are written by pyulog and by pymavlink's packer, or by hand after AirD
 from __future__ import annotations
 
 import struct
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -398,6 +399,7 @@ def test_damaged_logs_raise_no_other_error(tmp_path: Path, name: str) -> None:
         (bytes(8) + b"\xfd" + bytes(40), "is a telemetry log of MAVLink"),
         (b'{"fileType": "Plan"}', "is a plan of QGroundControl"),
         (b"QGC WPL 110\n", "is a text of waypoints"),
+        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", "is a flight log of ArduPilot in text"),
         (b"<html><body>404</body></html>", "is a web page"),
         (b"ULog\x01\x12\x35\x01" + bytes(8), "ULog of PX4|no battery_status"),
         (b"time(millisecond),speed(mph)\n0,1\n", "no column of the current"),
@@ -453,8 +455,9 @@ def test_without_their_libraries_logs_name_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for start, library in ((b"ULog\x01\x12\x35\x01", "pyulog"), (b"\xa3\x95\x80\x80", "pymavlink")):
-        monkeypatch.setitem(__import__("sys").modules, library, None)
-        monkeypatch.setitem(__import__("sys").modules, f"{library}.DFReader", None)
+        monkeypatch.setitem(sys.modules, library, None)
+        monkeypatch.setitem(sys.modules, f"{library}.DFReader", None)
+        monkeypatch.delitem(sys.modules, "optuav.calibration.logs.dataflash", raising=False)
         (tmp_path / "log").write_bytes(start)
         with pytest.raises(InputError, match=rf"needs {library}: .*optuav\[logs\]"):
             optuav.fit_regimes(tmp_path / "log")
