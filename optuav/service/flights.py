@@ -234,9 +234,6 @@ def _of_drone(
             step._replace(place=event.building) if step.place in ROUTE_ENDS else step
             for step in course.steps
         )
-    if any(one.landing and after.take_off < one.landing for one, after in pairwise(clocks)):
-        words = "takes off before it has landed, as climbs are longer than a rest: climb less"
-        warnings.append(f"WARNING: drone {drone} {words}.")
     course = course._replace(steps=tuple(steps), start_place=event.building)
     rows = zip(course.flights, clocks, charges, strict=True)
     if clocks[-1].failed is not None:  # Only the last visit can fail
