@@ -425,7 +425,7 @@ def wells(plan: optuav.Plan) -> Any:
         (Uncompiled(), r"engine = 'nothing': must define compile\(self, model, programmes=1, \*"),
         (
             Dated(),
-            "Dated.takes: engines state nonlinear, integer, slots, most_unknowns and needs t",
+            "Dated.takes: must be left out; set nonlinear, integer, slots, most_unknowns and needs",
         ),
         (Short(), r"engine = 'nothing': must define solve\(self, model, programmes, values=None"),
         (lambda plan: plan, "picture name = '<lambda>': the picture needs a name of letters"),
