@@ -288,7 +288,9 @@ def unit_doubts(
     least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
         meant = [
-            each for each, worth in SIZES_OF_UNITS[kind].items() if least <= size * worth <= most
+            usual_unit
+            for usual_unit, worth in SIZES_OF_UNITS[kind].items()
+            if least <= size * worth <= most
         ]
         heading = f"{column}_{next(iter(SIZES_OF_UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
@@ -305,15 +307,15 @@ def _places(
         return {}, [
             Fault("columns", shown(headings[0]), "must have commas between the columns", source)
         ]
-    known = {heading: column for column in form.kinds for heading in form.headings(column)}
+    column_of = {heading: column for column in form.kinds for heading in form.headings(column)}
     columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
-        column = known.get(heading)
+        column = column_of.get(heading)
         if heading in form.unread:
             continue
         if column is None:
-            like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
-            words = f"must be a known column{like}; known are {', '.join(known)}"
+            like = nearest(heading, column_of) if place < MOST_SUGGESTIONS else ""
+            words = f"must be a known column{like}; known are {', '.join(column_of)}"
             if (column := form.named(heading)) is not None:
                 words = f"must have a unit that belongs to it, {' or '.join(form.headings(column))}"
             faults.append(Fault("column", shown(heading), words, source))

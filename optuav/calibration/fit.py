@@ -93,7 +93,8 @@ class Value:
         if self.determined:
             yield _remark(f"; {SURE}: ".join([self.origin, *self.value_and_interval(" to ")[1:]]))
         else:
-            beside = "; it holds beside the other fitted values only" if self.stated else ""
+            together = "; it is valid only together with the other fitted values"
+            beside = together if self.stated else ""
             yield _remark(f"{self.origin}; the data do not determine it{beside}")
         yield entry if self.stated else _remark(entry)
 
@@ -170,8 +171,8 @@ class Fit(Presented):
         Content of the files, in a few words.
     values
         The values found, each with ``key``, ``value``, ``origin``, ``interval`` (its ``low`` and
-        ``high`` end at a confidence of 95 %, or None), ``determined`` and ``stated``: what the data
-        do not determine is still stated beside the values that were fitted together with it.
+        ``high`` end at a confidence of 95 %, or None), ``determined`` and ``stated``: values that
+        the data do not determine are still set if others were fitted together with them.
     panels
         Observed and fitted values, each an `optuav.calibration.Panel`; empty without observations.
     warnings
@@ -179,7 +180,7 @@ class Fit(Presented):
     settings
         Further keys of the mission that the values need.
     extends
-        Mission that the fragment extends unless another is named.
+        Mission that the fragment extends by default.
     lag
         Lag of a battery, (1−ω)²/k_F [s], a value like the others but no key of a mission; None for
         other kinds. Once its wells have settled, a constant current I lasts B/I less the lag.
@@ -231,9 +232,9 @@ class Fit(Presented):
 
     @property
     def changes(self) -> dict[str, object]:
-        """The values that are stated, by dotted key, ready for `optuav.Mission.replace`."""
-        stated = {value.key: rounded(value.value) for value in self.values if value.stated}
-        return {**self.settings, **stated}
+        """Values to set, by dotted key, ready for `optuav.Mission.replace`."""
+        value_of = {value.key: rounded(value.value) for value in self.values if value.stated}
+        return {**self.settings, **value_of}
 
     def __repr__(self) -> str:
         keys = first_ten([value.key for value in self.values])
@@ -268,7 +269,7 @@ class Fit(Presented):
         return data
 
     def to_frame(self) -> DataFrame:
-        """One row a value, and one for the lag of a battery; needs pandas.
+        """Return one row per value, and one for the lag of a battery; needs pandas.
 
         Columns are ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
         known), ``determined`` and ``origin``.
@@ -280,7 +281,7 @@ class Fit(Presented):
         return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
     def to_toml(self, extends: str | None = None, file: str | Path = "") -> str:
-        """A fragment of a mission file: the values, with intervals and origins as comments.
+        """Return a fragment of a mission file: the values, with intervals and origins as comments.
 
         All other values come from the mission that it `extends`: a shipped one or the path of a
         file, written relative to the `file` of the fragment; by default that of the fit.
@@ -342,8 +343,8 @@ class Estimate(NamedTuple):
             zip(self.keys, self.values.tolist(), self.intervals, strict=True),
             self.undetermined,
         )
-        stated = always or set(blind) != set(self.keys)
-        return tuple(Value(key, x, origin, ends, key not in blind, stated) for key, x, ends in rows)
+        states = always or set(blind) != set(self.keys)
+        return tuple(Value(key, x, origin, ends, key not in blind, states) for key, x, ends in rows)
 
     def ordered(self, keys: Sequence[str]) -> "Estimate":
         """The same, with the keys in another order."""

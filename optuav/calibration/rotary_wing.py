@@ -60,14 +60,14 @@ def fit_rotary_wing(
         ``blade_power_W``, ``induced_power_W``, ``induced_speed_m_s``, ``tip_speed_m_s`` and
         ``parasite_W_s3_m3`` of [flight] for ``flight.model = "rotary-wing"``, with 95 % intervals
         by profile likelihood; tips are at most as fast as sound, 340 m/s. As the power is the
-        battery's, ``flight.efficiency`` is 1 beside them. All five are stated, with a warning of
-        those that the data do not determine: the power follows the log only with all of them. If
-        the data determine none, none is stated.
+        battery's, ``flight.efficiency`` is 1 beside them. The fit returns all five, with a warning
+        for those that the data do not determine, because only all five together reproduce the
+        power. If the data determine none of them, it returns none.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if no mission may state a coefficient.
+        With every fault of the files, or if a coefficient is outside the range of its key.
 
     References
     ----------
@@ -115,11 +115,11 @@ def fit_rotary_wing(
     data = f"{len(speed)} points of steady level flight"
     values = estimated.values_for_mission(f"fitted to {len(speed)} points")
     said = (*estimated.warnings, *doubts)
-    found = Fit("rotary-wing", sources, data, values, (panel,), said)
-    found = replace(found, notes=tuple(notes), logs=tuple(flown))
-    if found.changes:  # otherwise the mission keeps its own
-        found = replace(found, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
-    return finished(replace(found, extends="relay-today"))
+    result = Fit("rotary-wing", sources, data, values, (panel,), said)
+    result = replace(result, notes=tuple(notes), logs=tuple(flown))
+    if result.changes:  # otherwise the mission keeps its own
+        result = replace(result, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
+    return finished(replace(result, extends="relay-today"))
 
 
 def _estimate(speed_m_s: Floats, drawn_W: Floats) -> Estimate:

@@ -43,7 +43,7 @@ def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
     if not isinstance(place, Sequence) or len(place) != 2:
         return False
     limits = Range("deg", ge=-180, le=180), Range("deg", ge=-90, le=90)
-    return all(limit.accepts(each) for limit, each in zip(limits, place, strict=True))
+    return all(limit.accepts(coordinate) for limit, coordinate in zip(limits, place, strict=True))
 
 
 @dataclass(frozen=True, eq=False)

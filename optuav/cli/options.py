@@ -119,7 +119,7 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     drone's datasheets. The help comes from ``words.toml``.
     """
     parameters = inspect.signature(function, eval_str=True).parameters
-    kinds = {key: each.annotation for key, each in parameters.items()}
+    kinds = {key: parameter.annotation for key, parameter in parameters.items()}
     records: dict[str, Any] = {key: kind for key, kind in kinds.items() if is_dataclass(kind)}
     own_fields: dict[str, Any] = {
         key: inspect.signature(kind, eval_str=True).parameters for key, kind in records.items()

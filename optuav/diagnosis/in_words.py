@@ -91,8 +91,10 @@ class Conclusion(NamedTuple):
 def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
     """Return the verdict; broken are the kinds of constraints that even the flight breaks."""
     if not plan:
-        known = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
-        reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        causes = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
+        reason = (
+            causes[0] if causes else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        )
         return Conclusion(
             "", "no plan", STATED.sub(lambda m: f"{LIMITS_BY_KEY[m[1]]} of ", reason), False
         )
@@ -125,7 +127,7 @@ def route(plan: Plan) -> str:
             rest = f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}"
             stays.append(rest if kind == "rest" else "hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
-    return _sentence_words(words) if stays else ""
+    return sentence(words) if stays else ""
 
 
 def header(program: Program, explained: Findings) -> dict[str, object]:
@@ -206,8 +208,8 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     return Curve(role, words, short, SYMBOLS.get(role, ""))
 
 
-def _sentence_words(words: str) -> str:
-    """Words as a sentence, none for none; a symbol of a user's problem keeps its case."""
+def sentence(words: str) -> str:
+    """Return words as a sentence, none for none; a symbol of a user's problem keeps its case."""
     if not words:
         return ""
     first, *_ = words.split(" ")
@@ -223,8 +225,8 @@ def binding(explained: Findings) -> str:
         return ""
     named = ((kind, side) for kind in LIMIT_NOUNS for side in binding_sides if side.kind == kind)
     binds = [*dict.fromkeys(_landed(side) or LIMIT_NOUNS[kind] for kind, side in named)]
-    own = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
-    binds += dict.fromkeys(side.label for side in own)  # Constraints of a user's problem
+    of_problem = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
+    binds += dict.fromkeys(side.label for side in of_problem)  # Constraints of a user's problem
     loose = [LIMIT_NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
     if len(binds) > 1:
         words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
@@ -234,7 +236,7 @@ def binding(explained: Findings) -> str:
         words = f"neither {' nor '.join(reversed(loose))} binds"
     else:
         words = f"{loose[0]} does not bind" if loose else ""
-    return _sentence_words(words)
+    return sentence(words)
 
 
 def _landed(side: ConstraintAtOptimum) -> str:
@@ -245,17 +247,17 @@ def _landed(side: ConstraintAtOptimum) -> str:
 
 def gains_in_words(explained: Findings) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
-    known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
+    gain_of = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
         (what, f"{gain:.{2 if gain < 1.0 else 0}f} s")
         for key, what in STEPS_IN_WORDS.items()
-        if SEEN_S <= (gain := known.get(key, 0.0)) < math.inf
+        if SEEN_S <= (gain := gain_of.get(key, 0.0)) < math.inf
     ]
     if not gains or explained.objective != "s of hover":
         return ""
     (first, most), *others = gains
     also = "".join(f", {what} {gain}" for what, gain in others)
-    return _sentence_words(f"{first} gives {most} of hover{also}")
+    return sentence(f"{first} adds {most} of hover{also}")
 
 
 MAY_BE_IDLE = ("limits.deadline_s", "limits.min_soc", "laser.power_W", "battery.charge_current_A")
@@ -305,8 +307,34 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
 
 
 def key_of(price: Price) -> str:
-    """The mission's key of a parameter, or its own name."""
+    """The mission's key of a parameter, or its own name, with the device that it belongs to."""
+    if price.device:
+        return f"{price.name.partition('[')[0]} over {price.device}"
     return price.key or price.name
+
+
+def _noun(explained: Findings, price: Price) -> str:
+    """A parameter in words, with its place; empty without any."""
+    if price.device:
+        noun = PARAMETER_NOUNS.get(price.name.partition("[")[0], "")
+        return f"{noun} over {price.device}" if noun else ""
+    if landing := re.fullmatch(r"landing_(\d+)_(As|J)", price.name):
+        flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]
+        place = flights[int(landing[1]) - 1].end_place
+        over = explained.plan.mission.devices and place in explained.plan.hovers
+        at = f"hover point of {place}" if over else f"landing at {place}"
+        return f"draw up to the {'hover point' if place == 'hover' else at}"
+    return PARAMETER_NOUNS.get(key_of(price), "")
+
+
+def without_effect(explained: Findings) -> str:
+    """Name the parameters that change nothing, by key or in words; empty without any."""
+    free = (price for price in explained.prices if not price.matters)
+    landed = re.compile(r"landing_\d+_(As|J)")
+    return ", ".join(
+        f"the {_noun(explained, price)}" if landed.fullmatch(price.name) else key_of(price)
+        for price in free
+    )
 
 
 def symbol_and_value(price: Price) -> str:
@@ -344,11 +372,7 @@ def price_words(explained: Findings, price: Price) -> str:
     more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
     if price.step != 1.0:
         more = f"{with_unit(price.step, unit)} more"
-    noun = PARAMETER_NOUNS.get(key_of(price))
-    if landing := re.fullmatch(r"landing_(\d)_(As|J)", key_of(price)):
-        flights = [phase for phase in explained.plan.phases if phase.kind == "flight"]
-        place = flights[int(landing[1]) - 1].end_place
-        noun = f"draw up to the {'hover point' if place == 'hover' else f'landing at {place}'}"
+    noun = _noun(explained, price)
     more = f"{more} of {f'the {noun}' if noun else key_of(price)}"
     more = "one more pack" if price.key == "battery.packs" else more
     less = f", as much less {change(price.loss)}" if price.has_kink else ""

@@ -1,16 +1,19 @@
 """Shadow prices: the gain from one more unit of a parameter at the optimum."""
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 
+from formulations.formulation import OF_HOVER
 from optuav.arrays import Floats
 from optuav.diagnosis.infeasibility import is_own
 from optuav.engines import bracket, closed_form
-from optuav.engines.prices import ShadowPrice
+from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.solution import Solution
 from optuav.mission.keys import Key, stated_keys
 from optuav.modelling import Model, Parameter
@@ -28,7 +31,17 @@ ROUNDED, BRACKETED = 1e-12, 1e-7
 """Change of the objective that is rounding: a share of it in closed form, of a second's worth when
 bracketed."""
 
-Step = tuple[Parameter, float]  # A parameter and by how much it changes
+MEANS = [name.partition("[")[0] for name in OF_HOVER]
+OVER_DEVICE = re.compile(rf"({'|'.join(MEANS)})\[(\d+)\]")
+"""The name of a figure of one of several hovers: that of their mean, and the place in the route."""
+
+
+class ParameterStep(NamedTuple):
+    """A change of a parameter; of a hover over one of several devices by the device's number."""
+
+    name: str
+    change: float
+    device: int | None = None
 
 
 @dataclass(frozen=True)
@@ -54,6 +67,8 @@ class Price:
         leaves no plan, NaN where it was not solved again or is beyond the range of the key.
     solved_again
         Whether gain and loss are known by solving again.
+    device
+        Of a figure of the hover over one of several devices, its name; else empty.
 
     Examples
     --------
@@ -75,6 +90,7 @@ class Price:
     gain: float
     loss: float
     solved_again: bool
+    device: str = ""
 
     @property
     def has_kink(self) -> bool:
@@ -99,18 +115,34 @@ def prices(
 
     Chosen are part and entry of the best answer with continuous times. Parameters that are compared
     with figures of the mission only, as the altitude of the hover point, have no price. In brief,
-    steps are solved again only for parameters whose price is not 0 on both sides.
+    steps are solved again only for parameters whose price is not 0 on both sides. What changes over
+    one of several devices changes the mean over all with it, and the mean all of them.
     """
-    model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
-    parameters = [parameter for parameter in _moving(model) if parameter.name in rates]
+    model, by_name = program.parts[chosen[0]].model, program.shadow_prices(solutions)
+    parameters = [parameter for parameter in _moving(model) if parameter.name in by_name]
+    part, served = program.parts[chosen[0]], program.network.mission.served
+    order = program.network.routes.devices[part.routes[chosen[1]]].tolist()
+    devices = {
+        p.name: order[int(at[2]) - 1] for p in parameters if (at := OVER_DEVICE.match(p.name))
+    }
+    rates = {
+        p.name: _rate(
+            by_name, _moves(program, ParameterStep(p.name, 1.0, devices.get(p.name)), order)
+        )
+        for p in parameters
+    }
     keys = stated_keys(program.network.mission).values()
-    known = {(key.name, key.unit.replace("-", "1")): key for key in keys}
-    known_keys = [known.get((parameter.key, parameter.unit)) for parameter in parameters]
+    key_of = {(key.name, key.unit.replace("-", "1")): key for key in keys}
+    known_keys = [key_of.get((parameter.key, parameter.unit)) for parameter in parameters]
     row, keyed = model.row(chosen[1]), zip(parameters, known_keys, strict=True)
     steps = [_step(p, key, float(row[p.name])) for p, key in keyed]
     again = [not brief or any(rates[p.name]) for p in parameters]
     pairs = [*compress(zip(parameters, steps, strict=True), again)]
-    moved = [(p, sign * step) for sign in (1, -1) for p, step in pairs]
+    moved = [
+        ParameterStep(p.name, sign * step, devices.get(p.name))
+        for sign in (1, -1)
+        for p, step in pairs
+    ]
     changes = np.full((len(parameters), 2), np.nan)
     changes[again] = _effects(program, solutions, chosen, moved).reshape(2, -1).T
     negligible = NEGLIGIBLE * float(solutions[chosen[0]].second[chosen[1]])
@@ -122,8 +154,31 @@ def prices(
         what = p.name, p.symbol, p.unit, key.name if key else "", float(row[p.name])
         size = max(abs(what[-1]), step)
         less, more = (0.0 if abs(side) * size <= negligible else side for side in rate)
-        rows.append(Price(*what, less, more, step, gain, loss, not is_open))
+        device = served[devices[p.name]].name if p.name in devices else ""
+        rows.append(Price(*what, less, more, step, gain, loss, not is_open, device))
     return tuple(sorted(rows, key=lambda each: not each.key))
+
+
+def _rate(by_name: ShadowPrices, moves: Iterator[tuple[str, float]]) -> ShadowPrice:
+    """The price of parameters that move together."""
+    rates = [(weight, by_name[name]) for name, weight in moves if name in by_name]
+    less, more = (sum(weight * rate[side] for weight, rate in rates) for side in (0, 1))
+    return ShadowPrice(less, more)
+
+
+def _moves(
+    program: Program, step: ParameterStep, order: Sequence[int]
+) -> Iterator[tuple[str, float]]:
+    """Yield the parameters that a step changes on routes with an order of devices, and how far."""
+    name, change, device = step
+    if device is not None:
+        mean, place = name.partition("[")[0], order.index(device) + 1
+        yield f"{mean}[{place}]", change
+        yield mean, change * program.network.mission.served[device].share
+        return
+    yield name, change
+    if name in MEANS:
+        yield from ((f"{name}[{place}]", change) for place in range(1, len(order) + 1))
 
 
 def _moving(model: Model) -> list[Parameter]:
@@ -153,7 +208,10 @@ def _step(parameter: Parameter, key: Key | None, value: float) -> float:
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _effects(
-    program: Program, solutions: Sequence[Solution], chosen: tuple[int, int], steps: Sequence[Step]
+    program: Program,
+    solutions: Sequence[Solution],
+    chosen: tuple[int, int],
+    steps: Sequence[ParameterStep],
 ) -> Floats:
     """Change of the best objective by each of some steps, on all routes, with the same engines.
 
@@ -166,17 +224,25 @@ def _effects(
         halves = (_effects(program, solutions, chosen, e) for e in (steps[:half], steps[half:]))
         return np.concatenate([*halves])
     best, is_open = np.full(len(steps), -np.inf), np.zeros(len(steps), bool)
-    changed = {parameter.name for parameter, _ in steps}
+    some = program.network.routes.devices[0].tolist()
+    changed = {name for step in steps for name, _ in _moves(program, step, some)}
+    if any(step.device is not None for step in steps):  # At other places on other routes
+        changed |= {name.format(place) for name in OF_HOVER for place in range(1, len(some) + 1)}
     for part, solution in zip(program.parts, solutions, strict=True):
         shape = (len(steps), len(part.routes))  # steps by row, routes by column
         values = {
-            name: np.array(np.broadcast_to(each.value, shape), dtype=float)
-            for name, each in part.model.given.items()
-            if np.ndim(each.value) or name in changed
+            name: np.array(np.broadcast_to(number.value, shape), dtype=float)
+            for name, number in part.model.given.items()
+            if np.ndim(number.value) or name in changed
         }
-        for k, (parameter, step) in enumerate(steps):
-            if parameter.name in values:
-                values[parameter.name][k] += step
+        orders, place = np.unique(
+            program.network.routes.devices[part.routes], axis=0, return_inverse=True
+        )
+        for k, step in enumerate(steps):
+            for number, order in enumerate(orders.tolist()):
+                for name, by in _moves(program, step, order):
+                    if name in values:
+                        values[name][k, place.ravel() == number] += by
         columns = {name: table.ravel() for name, table in values.items()}
         solution_moved = AGAIN[solution.engine](part.model, math.prod(shape), columns)
         table = (part.model.sign * solution_moved.objective).reshape(shape)

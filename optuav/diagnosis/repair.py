@@ -172,8 +172,8 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     def rank(repair: Repair) -> tuple[bool, bool, list[bool], bool, float, str]:
         planned = [not repair.key.startswith(name) for name in PLANNED]
         last = repair.key == "limits.keep_soc"
-        given = repair.key == GIVEN
-        return "." in repair.key, given, planned, last, repair.size, repair.key
+        is_given = repair.key == GIVEN
+        return "." in repair.key, is_given, planned, last, repair.size, repair.key
 
     return tuple(sorted(changes, key=rank))
 
@@ -255,15 +255,15 @@ def searched(
 ) -> dict[Direction, Repair]:
     """Run searches in some directions together; every round judges all their values at once."""
     searches: dict[Direction, Search] = {way: search(*way) for way in ways}
-    values = {way: next(each) for way, each in searches.items()}
-    known, by_direction = dict[Trial, bool](), dict[Direction, Repair]()
+    values = {way: next(search) for way, search in searches.items()}
+    works, by_direction = dict[Trial, bool](), dict[Direction, Repair]()
     while values:
         trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)
-        if new := [trial for trial in trials if trial not in known]:
-            known.update(zip(new, judge(new), strict=True))
+        if new := [trial for trial in trials if trial not in works]:
+            works.update(zip(new, judge(new), strict=True))
         for way, some in list(values.items()):
             try:
-                values[way] = searches[way].send([known[way[0], value] for value in some])
+                values[way] = searches[way].send([works[way[0], value] for value in some])
             except StopIteration as end:
                 del values[way]
                 if end.value is not None:

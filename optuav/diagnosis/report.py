@@ -15,6 +15,7 @@ from optuav.diagnosis.in_words import (
     key_of,
     price_words,
     symbol_and_value,
+    without_effect,
 )
 from optuav.diagnosis.infeasibility import Certificate, Conflict
 from optuav.plan.summary import question_blocks
@@ -234,7 +235,7 @@ def _prices(explained: Explanation) -> Iterator[Block]:
         yield Table((), rows, words=3, label="Prices", above=head)
         again = [price_words(explained, price) for price in worth if price.solved_again]
         yield Facts([("" if k else "One more", words) for k, words in enumerate(again)])
-    free = ", ".join(key_of(price) for price in explained.prices if not price.matters)
+    free = without_effect(explained)
     if free and explained.more_stops_open:
         yield Facts([("Undecided", f"{free}: {UNDECIDED}")])
     elif free:

@@ -25,7 +25,7 @@ from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot
 from optuav.engines.registry import OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
-from optuav.modelling.check import TOLERANCE
+from optuav.modelling.check import CONSTRAINT_TOLERANCE
 from optuav.modelling.expression import Expression, Operand, Variable
 from optuav.modelling.model import Model
 from optuav.status import Status
@@ -80,7 +80,7 @@ def installed(
         options |= {"presolve": "off", "mip_heuristic_run_feasibility_jump": False}
     if time_limit_s is not None:
         if name not in TIME_LIMITS:
-            raise InputError(f"the solver {name} takes no time limit")
+            raise InputError(f"the solver {name} accepts no time limit")
         options[TIME_LIMITS[name]] = time_limit_s
     return name, options
 
@@ -233,7 +233,8 @@ class CvxpyProgramme:
         """Rows in numbers of slots; bounds of unknowns become their first and last slot."""
         ranges = slot_ranges(self.model, values, slot_s)
         a = form.normals[..., 0] * np.where(self.counted, slot_s, 1.0)
-        b = form.limits[..., 0] + TOLERANCE * np.maximum(1.0, np.abs(form.limits[..., 0]))
+        limits = form.limits[..., 0]
+        b = limits + CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(limits))
         for row, k in form.bounds:
             if self.counted[k]:
                 first, last = ranges[form.names[k]]

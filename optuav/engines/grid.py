@@ -26,7 +26,7 @@ from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single
 from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
-from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
@@ -72,7 +72,7 @@ def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], lis
             left, right = (exponential(side, parameters, forms) for side in relation.sides)
             if relation.sense != "==":
                 form = (left - right) * relation.signs[0]
-                limit = TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
+                limit = CONSTRAINT_TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
                 test, kind = partial(_compares, form, limit), 0 if form.linear else 1
         found[kind].append(test)
     return found
@@ -173,8 +173,8 @@ def _best_cell(
             where = tuple(index[reached >= scores[-1] - ties[-1]] for index in where)
         if len(scores) < len(goals):
             continue
-        known = best or (scores, ties)
-        differ = (a > b for a, b, tie in zip(scores, *known[:2], strict=True) if abs(a - b) > tie)
+        rival = best or (scores, ties)
+        differ = (a > b for a, b, tie in zip(scores, *rival[:2], strict=True) if abs(a - b) > tie)
         if best is None or next(differ, False):
             best = scores, ties, cell(tuple(index[0] for index in where))
     if best is None:
@@ -240,7 +240,7 @@ class Grid(OneByOne):
         if slot_s is None:
             raise InputError(f"engine {NAME} needs the length of a slot")
         if not 1 <= (unknowns := len(model.variables)) <= MOST_UNKNOWNS:
-            raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
+            raise ValueError(f"{NAME} accepts one or two unknowns, the model has {unknowns}")
 
         @np.errstate(divide="ignore", invalid="ignore", over="ignore")
         def solve(parameters: Mapping[str, float]) -> Solution:

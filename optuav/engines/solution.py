@@ -65,7 +65,7 @@ class Solution(Presented):
     >>> (solution,) = optuav.formulate("paper", "P3", perspective="battery").answers()
     >>> solution.values["hover_time_s"].round(2).tolist(), solution.status.value
     ([688.85], 'optimal')
-    >>> {label: round(each, 2) for label, each in solution.multipliers_at(0).items()}
+    >>> {label: round(multiplier, 2) for label, multiplier in solution.multipliers_at(0).items()}
     {'P3.a state of charge': 819.02, 'P3.b hover time': 0.0}
     """
 
@@ -254,8 +254,8 @@ class Solution(Presented):
 
         Empty without an answer, and in whole slots, which small changes do not move.
         """
-        known = self.duals is None or any(self.duals[index : index + 1])
-        if not known or not self.statuses[index].has_answer:
+        has_duals = self.duals is None or any(self.duals[index : index + 1])
+        if not has_duals or not self.statuses[index].has_answer:
             return ShadowPrices({}, {})
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)
@@ -343,7 +343,7 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
         return solution(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
     settled = [row for row in model.constraints if not has_unknowns(*row.relation.sides)]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
-        words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+        words = f"does not hold for all values of the unknowns: {', '.join(broken)}"
         return solution(Status.INFEASIBLE, "evaluated", words)
     return None
 

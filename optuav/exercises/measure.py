@@ -68,9 +68,9 @@ def flown(itinerary: Itinerary, rests: int = 1) -> Conditions:
         events = audited.replay.violations if audited.replay else audited.events
         words = f"it cannot be flown: at {events[0].time_s:.1f} s {events[0].words}"
         yield Condition(False, words, "optuav.audit(itinerary) lists all violations")
-    own = sum(stop.kind == "rest" for stop in itinerary.stops)
-    words = f"it can be flown, but has {own} rest{'s' * (own != 1)}"
-    yield Condition(own <= rests, words, f"the most rests allowed: {rests}")
+    count = sum(stop.kind == "rest" for stop in itinerary.stops)
+    words = f"it can be flown, but has {count} rest{'s' * (count != 1)}"
+    yield Condition(count <= rests, words, f"the most rests allowed: {rests}")
 
 
 def longest(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -> Conditions:

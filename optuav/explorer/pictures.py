@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from optuav.diagnosis.in_words import sentence
 from optuav.errors import InputError, NoPlanError
 from optuav.laser.beam import SpreadingBeam
 from optuav.network.network import Network
@@ -19,7 +20,7 @@ from optuav.studies.link_budget import link_budget
 from optuav.studies.power_curve import power_curve
 
 MOST_DRONES = 12  # Most drones drawn
-ROUNDS = 2.0  # Turns of a drone that are drawn
+TURNS_DRAWN = 2.0  # Turns of a drone that are drawn
 LONGER = 2.0  # Factor beyond the axis, for a pinned plan or a control that is moved
 PADS = 8  # Powers of pads for counting drones
 LEAST_LOSS = 5e-4  # Share that is told as lost
@@ -43,7 +44,9 @@ def picture(name: str, program: Program, plan: Plan, building: str | None) -> Da
     """A picture's data with the ends of its axes, or ``words`` on why none exists."""
     try:
         return {"name": name, **PICTURES[name](program, plan, building)}
-    except (InputError, NoPlanError) as error:
+    except NoPlanError as error:
+        return {"name": name, "words": sentence(str(error).removesuffix("."))}
+    except InputError as error:  # It begins with the name of a key
         return {"name": name, "words": str(error)}
 
 
@@ -98,7 +101,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     cycle = _cycle_on(cycle, roof)
     fleet = cycle.fleet()
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
-    end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
+    end_h = rounded_up(TURNS_DRAWN * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W, roof)]
     hovers, flies, rests = map(lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))

@@ -26,6 +26,9 @@ class Step(NamedTuple):
     duration_s: float
     peak_speed_m_s: float  # 0 in a stay
     level_speeds_m_s: tuple[float, ...] = ()  # Horizontal, of each piece of the way, for autopilots
+    tapers_s: float | None = (
+        None  # From the begin of a stay until less than the offered current flows
+    )
 
 
 class Flight(NamedTuple):

@@ -21,6 +21,7 @@ def geojson(course: PlanOnEarth) -> str:
         facts: dict[str, object] = {"kind": step.kind, "place": step.place}
         facts |= {"duration_s": step.duration_s, "altitudes_m": [*_altitudes_m(course, step)]}
         facts |= {"peak_speed_m_s": step.peak_speed_m_s} if flies else {}
+        facts |= {} if step.tapers_s is None else {"tapers_after_s": step.tapers_s}
         shape = {"type": "Point", "coordinates": points[0]}
         shape = {"type": "LineString", "coordinates": points} if flies else shape
         features.append({"type": "Feature", "properties": facts, "geometry": shape})
@@ -35,7 +36,10 @@ def kml(course: PlanOnEarth) -> str:
         named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
         _leaf(mark, "name", step.kind if step.kind == step.place else named)
         speed = f", at most {max(step.level_speeds_m_s):.5g} m/s level" if flies else ""
-        _leaf(mark, "description", f"{round(step.duration_s, 3):.10g} s{speed}")
+        words = f"{round(step.duration_s, 3):.10g} s{speed}"
+        if step.tapers_s is not None:
+            words += f", charging tapers after {round(step.tapers_s, 3):.10g} s"
+        _leaf(mark, "description", words)
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
         _leaf(shape, "altitudeMode", "absolute")
         altitudes_m = _altitudes_m(course, step)

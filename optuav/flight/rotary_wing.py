@@ -110,7 +110,7 @@ class RotaryWing(CruisingModel):
         """True if a stated cruise speed is below the cap in any direction, whatever varies."""
         speed_m_s, cap_m_s = self.flight.cruise_speed_m_s, self.flight.max_speed_m_s
         wind_m_s = self.wind.velocity_m_s
-        if not all(isinstance(each, int | float) for each in (speed_m_s, cap_m_s, *wind_m_s)):
+        if not all(isinstance(speed, int | float) for speed in (speed_m_s, cap_m_s, *wind_m_s)):
             return False
         return bool(speed_m_s + self._wind_speed_m_s <= cap_m_s)
 
@@ -229,13 +229,13 @@ class RotaryWing(CruisingModel):
 
     @property
     def needs_numbers(self) -> str | None:
-        stated = self.flight.cruise_speed_m_s is not None
-        if not _blows(self.wind.velocity_m_s) or (stated and self._never_slowed):
+        has_speed = self.flight.cruise_speed_m_s is not None
+        if not _blows(self.wind.velocity_m_s) or (has_speed and self._never_slowed):
             return None
-        slower = " that flight.max_speed_m_s allows against the wind" * stated
+        slower = " that flight.max_speed_m_s allows against the wind" * has_speed
         return (
             "in a wind the speed of a leg depends on its direction; "
-            f"state {'a ' * stated}flight.cruise_speed_m_s{slower}"
+            f"set {'a ' * has_speed}flight.cruise_speed_m_s{slower}"
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

@@ -9,13 +9,14 @@ from typing import Any, TypeGuard
 from optuav.errors import Fault, InputError
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.flight_plan import FlightPlan, Reached, is_flight, reached, read_flight
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
@@ -73,7 +74,8 @@ class Audit(Judged):
         yield from _items(self)
         yield from self.event_blocks()
         capacity_As = float(self.subject.mission.pool.capacity_As)
-        share = f"{figure(TOLERANCE)} of the capacity ({figure(TOLERANCE * capacity_As, 3)} A s)"
+        size = figure(JUDGE_TOLERANCE * capacity_As, 3)
+        share = f"{figure(JUDGE_TOLERANCE)} of the capacity ({size} A s)"
         yield Facts([("Tolerance", f"{share}, of a limit, or of a figure")])
 
     def to_frame(self) -> DataFrame:
@@ -86,7 +88,7 @@ class Audit(Judged):
             "source": self.source,
             "mission": self.subject.mission.name,
             "flyable": self.flyable,
-            "tolerance": TOLERANCE,
+            "tolerance": JUDGE_TOLERANCE,
             "route": self.replay.route if self.replay else [],
             **(self.replay.times_s if self.replay else {}),
             "soc": dict(self.replay.soc) if self.replay else {},
@@ -118,15 +120,16 @@ def audit(
     plan
         A plan, an itinerary, or a file: a saved plan in JSON, whose figures are compared with the
         simulation, or an itinerary in TOML or JSON, which states ``schema = 1``, the ``mission``
-        and its ``[[stops]]``. A dict with the content of such a file does as well. Or a flight plan
-        of a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
+        and its ``[[stops]]``. A dict with the content of such a file works too. Or a flight plan of
+        a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
     mission
-        Only with a flight plan: the drone that flies it, its battery and limits, and the wind.
+        Only with a flight plan: the mission that provides the drone, its battery and limits, and
+        the wind.
 
     Returns
     -------
     Audit
-        The verdict, true where the plan can be flown; with the events that say why not.
+        The verdict, true if the plan can be flown, with the events that say why not.
 
     Raises
     ------
@@ -171,7 +174,7 @@ def subject_of(
             raise InputError([Fault("mission", shown(mission), words)])
         return (*read_flight(plan, mission), {})
     if is_flight(plan):
-        words = "is a flight plan: state the drone that flies it by mission, such as relay-today"
+        words = "is a flight plan: name the drone that flies it by mission, such as relay-today"
         raise InputError([Fault("", "", words, str(plan))])
     return read(plan)
 
@@ -188,8 +191,14 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
     """The margin of a flight plan, and the last items from which places are in reach."""
     mission, least = judged.subject.mission, min(row.available for row in along)
     left, reserve = along[-1].charge, mission.limits.min_soc
+    if mission.start is not None:
+        begin_As = vehicle.start(mission).wells(mission.pool).total_As
+        yield (
+            "Take-off",
+            f"with {percent(float(begin_As / mission.pool.capacity_As))} of the charge",
+        )
     side = f"{percent(abs(left - reserve))} {'above' if left >= reserve else 'below'} the reserve"
-    if abs(left - reserve) <= TOLERANCE:
+    if abs(left - reserve) <= JUDGE_TOLERANCE:
         side = "at the reserve"
     well = f"available well at least {percent(least)} full"
     yield "Margin", f"{percent(left)} of the charge left, {side}; {well}"

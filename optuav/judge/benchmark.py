@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Replay, replay, same, short_of
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
@@ -73,12 +73,12 @@ class CheckedSolution:
 
     def to_dict(self) -> dict[str, object]:
         """The same as plain data, with the gaps to the best known value and to the bound [s]."""
-        known, hover_s = self.answer, self.hover_s
-        values = known.hover_s, known.bound_s
+        reference, hover_s = self.answer, self.hover_s
+        values = reference.hover_s, reference.bound_s
         gaps = [None if None in (x, hover_s) else (x or 0.0) - (hover_s or 0.0) for x in values]
         question = ("mission", "problem", "perspective")
         return {
-            **{name: getattr(known, name) for name in question},
+            **{name: getattr(reference, name) for name in question},
             **{"holds": not self.wrong, "verdict": self.verdict, "wrong": [*self.wrong]},
             **{"claimed_s": self.claimed_s, "hover_s": hover_s},
             **dict(zip(("best_known_s", "bound_s"), values, strict=True)),
@@ -127,7 +127,7 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
         if event.kind not in IGNORED[perspective]:
             yield f"at {event.time_s:.2f} s {event.words}{event.value_and_limit}"
     left, least = found.soc.get(perspective, 1.0), found.mission.limits.min_soc
-    if "state of charge" in IGNORED[perspective] and left < least - TOLERANCE:
+    if "state of charge" in IGNORED[perspective] and left < least - JUDGE_TOLERANCE:
         yield f"the mission ends with {short_of(left, least)}"
 
 
@@ -178,4 +178,4 @@ def _slack_s(found: Replay) -> float:
     if stays and (drawn_A := min(-stay.stages[0].net.current_A for stay in stays)) > 0.0:
         pool = found.mission.pool
         time_s += float(pool.capacity_As / (pool.available_fraction * drawn_A))
-    return SLACK * TOLERANCE * time_s
+    return SLACK * JUDGE_TOLERANCE * time_s

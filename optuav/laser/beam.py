@@ -34,9 +34,9 @@ class LaserTable(MissionSection):
     wavelength_nm: Annotated[float, Range("nm", ge=1, le=1e6)]
     """Wavelength λ [nm]."""
     visibility_km: Annotated[float, Range("km", ge=1e-3, le=1e4)] | None = None
-    """Visibility V [km], which gives the attenuation; or state attenuation_per_km."""
+    """Visibility V [km], which gives the attenuation; or set attenuation_per_km."""
     attenuation_per_km: Annotated[float, Range("1/km", ge=0, le=1e4)] | None = None
-    """Attenuation α [1/km]; or state visibility_km."""
+    """Attenuation α [1/km]; or set visibility_km."""
 
 
 @dataclass(eq=False)

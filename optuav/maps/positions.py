@@ -260,8 +260,8 @@ def faults_of(
     yield from misfits(("step_m", step_m, DISTANCE))
     if bounds is not None:
         ends = [*bounds] if isinstance(bounds, Sequence) or np.ndim(bounds) == 1 else []
-        known = len(ends) == 4 and all(map(COORDINATE.accepts, ends))
-        if not known or ends[0] >= ends[2] or ends[1] >= ends[3]:
+        is_box = len(ends) == 4 and all(map(COORDINATE.accepts, ends))
+        if not is_box or ends[0] >= ends[2] or ends[1] >= ends[3]:
             words = "least x, least y, largest x and largest y, larger than the least, each"
             yield Fault("bounds", shown(bounds), f"{words} {COORDINATE.words}")
         elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
@@ -285,7 +285,7 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
 
 def _device_faults(over: str, mission: Mission, device: object) -> Iterator[Fault]:
     """Yield the fault of the name of a device: one of several must be named, a single one is it."""
-    names = [each.name for each in mission.devices]
+    names = [served.name for served in mission.devices]
     if device is None:
         if names and over in OF_SEVERAL:
             words = f"is missing; the mission has several devices: one of {first_ten(names)}"

@@ -45,8 +45,12 @@ def keys_with_values(section: MissionSection) -> Iterator[tuple[str, object, str
 def _devices_table(devices: Sequence[Device]) -> Table:
     """Where devices are, and what they state for themselves."""
     rows = [
-        (each.name, *map(_shown, each.position_m), *map(_or_dash, (each.hover_m, each.share)))
-        for each in devices
+        (
+            device.name,
+            *map(_shown, device.position_m),
+            *map(_or_dash, (device.hover_m, device.share)),
+        )
+        for device in devices
     ]
     return Table(("name", "x [m]", "y [m]", "z [m]", "hover point [m]", "share [-]"), rows, last=1)
 

@@ -229,7 +229,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     content = dict(pairs)
     if len(content) < len(pairs):
         ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
-        raise ValueError(f"an object states the key {safe_name(key)!r} more than once")
+        raise ValueError(f"an object contains the key {safe_name(key)!r} more than once")
     return content
 
 
@@ -348,7 +348,7 @@ def expand_home(stated: str | Path, name: str = "path") -> Path:
     try:
         return path.expanduser()
     except RuntimeError:
-        words = f"there is no user {path.parts[0][1:]!r}; state the whole path"
+        words = f"there is no user {path.parts[0][1:]!r}; give the whole path"
     except ValueError:
         words = "is not a possible path"
     raise InputError([Fault(name, _quoted(path), words)])

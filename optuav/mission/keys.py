@@ -94,12 +94,12 @@ def stated_value(mission: Mission, key: str) -> float | None:
 
 def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
     """A fault for each key that is not a numeric one of missions."""
-    known = numeric_keys()
+    ranges = numeric_keys()
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
-        if key not in known and not OF_DEVICE.fullmatch(key):
+        if key not in ranges and not OF_DEVICE.fullmatch(key):
             # Components of a vector are all alike: the first is suggested
-            alike = [name for name in known if "[" in key or not name.endswith(("[1]", "[2]"))]
+            alike = [name for name in ranges if "[" in key or not name.endswith(("[1]", "[2]"))]
             yield Fault(key, "", f"{words}{nearest(key, alike)}")
 
 

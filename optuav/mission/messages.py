@@ -86,11 +86,11 @@ def no_building(name: str, names: Sequence[str]) -> str:
 
 def no_item(table: str, name: str, names: Sequence[str]) -> str:
     """Words for a building or a device that the mission does not have."""
-    known = f"are: {first_ten(names) or 'none'}"
+    listed = f"are: {first_ten(names) or 'none'}"
     if names and name.startswith(f"{table}["):
-        return f"the mission's {table} [0] to [{len(names) - 1}] {known}"
+        return f"the mission's {table} [0] to [{len(names) - 1}] {listed}"
     prefix = f"{table}." if name.startswith(f"{table}.") else ""
-    return f"the mission's {table} {known}{nearest(name, [prefix + item for item in names])}"
+    return f"the mission's {table} {listed}{nearest(name, [prefix + item for item in names])}"
 
 
 def misfits(*options: tuple[str, object, Range]) -> Iterator[Fault]:

@@ -168,8 +168,8 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
             return (Served("hover", at_m, self.route.hover_m, 1.0),)
         equal = 1.0 / len(self.devices)
         return tuple(
-            Served(each.name, each.position_m, each.hover_m, each.share or equal)
-            for each in self.devices
+            Served(device.name, device.position_m, device.hover_m, device.share or equal)
+            for device in self.devices
         )
 
     @cached_property
@@ -468,8 +468,8 @@ def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
     if isinstance(value, MissionSection):
         return value.model_dump(mode="json", exclude_none=True)
     if depth and isinstance(value, Mapping):
-        items = [(key, each) for key, each in value.items() if kept or each is not None]
-        return {key: without_none(each, depth - 1, kept=kept) for key, each in items}
+        items = [(key, item) for key, item in value.items() if kept or item is not None]
+        return {key: without_none(item, depth - 1, kept=kept) for key, item in items}
     if depth and isinstance(value, list | tuple):
         return [without_none(entry, depth - 1, kept=kept) for entry in value]
     return value.tolist() if hasattr(value, "tolist") else value
@@ -516,8 +516,8 @@ def unknown_names(values: Mapping[str, object]) -> Iterator[Fault]:
     for key, value in values.items():
         name, _, field = key.partition(".")
         if key not in whole and field not in validation.keys_in_file(name):
-            known = [*whole, *validation.dotted_keys()]
-            yield Fault(key, shown(value), f"unknown key{nearest(key, known)}")
+            keys = [*whole, *validation.dotted_keys()]
+            yield Fault(key, shown(value), f"unknown key{nearest(key, keys)}")
 
 
 def _revise_items(table: str, items: list[object], values: Document) -> Iterator[Fault]:
@@ -525,7 +525,7 @@ def _revise_items(table: str, items: list[object], values: Document) -> Iterator
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
     """
-    named = {f"{table}.{keys_of(each).get('name')}": n for n, each in enumerate(items)}
+    named = {f"{table}.{keys_of(item).get('name')}": n for n, item in enumerate(items)}
     places = {f"{table}[{n}]": n for n in range(len(items))} | named
     for key, value in values.items():
         item, _, field = (key, "", "") if key in places else key.rpartition(".")

@@ -172,12 +172,12 @@ class Drone(MissionSection):
     if not TYPE_CHECKING:  # which knows the fields by their annotations
 
         def __init__(self, **stated: Any) -> None:
-            known = without_none(stated)
-            faults = [*self.misfits(known)]
+            settings = without_none(stated)
+            faults = [*self.misfits(settings)]
             try:
-                super().__init__(**known)
+                super().__init__(**settings)
             except ValidationError as error:
-                document = StatedMission(known)
+                document = StatedMission(settings)
                 faults += document.faults(breaches_of(type(self), error, document))
             refuse(faults)
 
@@ -218,11 +218,11 @@ class Drone(MissionSection):
         """The fault of a key of the mission in terms of the fields that it follows from."""
         names = self.sources.get(fault.key.removeprefix("flight."), ())
         values = {name: getattr(self, name) for name in names}
-        stated = {name: _shown(value) for name, value in values.items() if value is not None}
-        if not stated:
+        settings = {name: _shown(value) for name, value in values.items() if value is not None}
+        if not settings:
             return fault
-        words = f"together must give {fault.key}, {fault.allowed}; they give {fault.value}"
-        return Fault(", ".join(stated), ", ".join(stated.values()), words)
+        words = f"together must give {fault.key}, {fault.allowed}; together they give {fault.value}"
+        return Fault(", ".join(settings), ", ".join(settings.values()), words)
 
     def remarks(self) -> tuple[str, ...]:
         """Lines on the sources of the mission, and its assumptions."""
@@ -262,9 +262,9 @@ class Datasheet(Drone):
         pack [mAh], 10 to 1e6.
     hover_min, cruise_min
         Times until the battery is empty, without payload [min], 1 to 1e4: in hover, and in flight
-        at cruise speed, by default as long.
+        at cruise speed, which by default lasts as long.
     hover_power_W, cruise_power_W
-        Power without payload [W], 1 to 1e6, instead of either time.
+        Power without payload [W], 1 to 1e6, in place of the time.
     cruise_speed_m_s, reserve_percent, laser_power_W
         Cruise speed [m/s], 0.5 to 100; charge that must be left after landing [%], 0 to 90, by
         default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
@@ -300,12 +300,12 @@ class Datasheet(Drone):
 
     @classmethod
     def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:
-        """Both a time and the power in its place, or neither for the hover."""
+        """Yield faults: both a time and its power are set, or neither for the hover."""
         for power, minutes in INSTEAD.items():
             if {power, minutes} <= stated.keys():
                 yield Fault(power, shown(stated[power]), f"either {power} or {minutes}")
         if stated.keys().isdisjoint(("hover_min", "hover_power_W")):
-            words = f"is missing; {range_in_words(cls, 'hover_min')}; or state hover_power_W"
+            words = f"is missing; {range_in_words(cls, 'hover_min')}; or set hover_power_W"
             yield Fault("hover_min", "", words)
 
     @property
@@ -320,9 +320,9 @@ class Datasheet(Drone):
     def mission(self) -> Mission:
         """The drone in the places of the shipped mission `matrice350`.
 
-        Currents are what empties the packs in the stated times, times `load_factor`; powers follow
-        by the nominal voltage. Packs charge at 1 C at most. The acceleration, the link and the
-        laser but for its power come from that mission.
+        The currents empty the packs in the times of the datasheet, times `load_factor`; the powers
+        follow from the nominal voltage. Packs charge at 1 C at most. The acceleration, the link and
+        the laser, except for its power, come from that mission.
         """
         charge_As = self.packs * self.capacity_mAh * 3.6
 
@@ -349,7 +349,7 @@ class Datasheet(Drone):
 class RotorDatasheet(Drone):
     """Datasheet of rotors and fuselage; `mission` makes a rotary-wing mission of it.
 
-    The power over air speed follows by Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
+    The power against airspeed follows Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
     Communications, 2019, eqs (61)-(65).
 
     Parameters

@@ -196,7 +196,7 @@ def breaches_of(
             ):
                 continue  # Nobody knows what the form that is meant lacks
             by = stated_mission.displaced.get(key)
-            why = f"; a new {by} displaces the old one, state both" if by else ""
+            why = f"; a new {by} replaces the old one; set both" if by else ""
             words = f"is missing; {words}{why}"
         yield Breach(key, words)
 
@@ -221,8 +221,8 @@ def _unknown(
         if home.endswith(f".{name}"):
             return f"unknown key; did you mean '{home}'?"
     of_file = {*model.model_fields, "schema", "extends", "buildings_file", "devices_file"}
-    known = of_file if len(key) == 1 else keys_in_file(str(key[0]))
-    return f"unknown key{nearest(name, known) if suggests else ''}"
+    keys = of_file if len(key) == 1 else keys_in_file(str(key[0]))
+    return f"unknown key{nearest(name, keys) if suggests else ''}"
 
 
 def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
@@ -230,9 +230,9 @@ def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
     if place in faulty:
         return UNKNOWN
     if isinstance(value, dict):
-        return {key: mask_faulty(each, faulty, (*place, key)) for key, each in value.items()}
+        return {key: mask_faulty(item, faulty, (*place, key)) for key, item in value.items()}
     if len(place) == 1 and place[0] in LISTS and isinstance(value, list | tuple):
-        return [mask_faulty(each, faulty, (*place, number)) for number, each in enumerate(value)]
+        return [mask_faulty(item, faulty, (*place, number)) for number, item in enumerate(value)]
     return value
 
 
@@ -260,7 +260,7 @@ def rules(document: Document) -> Iterator[Breach]:
         if len(twins) == 2:
             yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
         elif not twins:
-            words = f"{range_in_words(Laser, 'attenuation_per_km')}; or state visibility_km"
+            words = f"{range_in_words(Laser, 'attenuation_per_km')}; or set visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
         if (beam := laser.get("beam")) in [*BEAMS]:
             yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
@@ -290,7 +290,7 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
     if "devices" not in document:
         if isinstance(link, dict) and "device_m" not in link:
             words = range_in_words(tables.Link, "device_m")
-            yield Breach(("link", "device_m"), f"is missing; {words}; or state [[devices]]")
+            yield Breach(("link", "device_m"), f"is missing; {words}; or set [[devices]]")
         return
     for table_of, key in ((link, ("link", "device_m")), (route, ("route", "hover_m"))):
         if key[1] in keys_of(table_of):
@@ -313,7 +313,7 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
         for number, share in enumerate(shares):
             if share is None:
                 words = range_in_words(tables.Device, "share")
-                words = f"is missing; {words}, as other devices state theirs"
+                words = f"is missing; {words}, as other devices have one"
                 yield Breach(("devices", number, "share"), words)
         total = sum(share for share in known if share is not UNKNOWN)
         if len(known) == len(shares) and UNKNOWN not in known and abs(total - 1.0) > WHOLE_SHARE:

@@ -148,8 +148,8 @@ def advice(mission: Mission) -> Iterator[str]:
     battery = mission.battery
     recommended_A = battery.packs * battery.capacity_As / 3600.0
     if battery.charge_current_A > recommended_A:
-        stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
-        yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
+        setting = f"battery.charge_current_A = {battery.charge_current_A:g} A"
+        yield f"{setting} is above 1 C of the battery, {recommended_A:g} A"
     yield from _lag_doubt(mission)
     yield from rate_doubt(mission, _draws(network))
     yield from _radio_doubt(mission)
@@ -315,8 +315,8 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    known = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
-    _, *times_s = (time_s if flies else None for time_s, flies in known)
+    flights = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
+    _, *times_s = (time_s if flies else None for time_s, flies in flights)
     places_of_rest = 1 + len(mission.served)
     figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):

@@ -24,7 +24,7 @@ from optuav.network.prisms import prisms
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 FIGURE_UNITS = ("s", "A s", "J")
-TOLERANCE = 1e-9  # Relative; a way around that is shorter only by rounding does not count
+DETOUR_TOLERANCE = 1e-9  # Relative; a way around that is shorter only by rounding does not count
 MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 
 
@@ -79,7 +79,7 @@ def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     start, end = np.nonzero(flown)
     direct = figures[:, start, end][..., None]
     around = figures[:, start] + figures[:, :, end].swapaxes(1, 2)  # (figure, leg, third place)
-    less = direct > around * (1.0 + TOLERANCE)
+    less = direct > around * (1.0 + DETOUR_TOLERANCE)
     less[1:] &= np.isfinite(direct[1:])
     # Over the hover point, to a building and on from it: one of the two hovers may be moved.
     there = (start == ORIGIN) & (end >= FIRST_BUILDING)

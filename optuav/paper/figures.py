@@ -71,24 +71,24 @@ class Exhibit:
         self.mission, self.file, self.part = mission, file, part
         self.records, self.rows, self.axes = records, rows, axes
         known_of_file = DATA["exhibit"][file]
-        known = {"part": part, "deadline_s": mission.limits.deadline_s}
-        known |= {name: value for name, value in words.items() if value is not None}
+        options = {"part": part, "deadline_s": mission.limits.deadline_s}
+        options |= {name: value for name, value in words.items() if value is not None}
         labels = known_of_file.keys() & {"title", "x_label", "y_label"}
-        if texts := {label: known_of_file[label].format(**known) for label in labels}:
+        if texts := {label: known_of_file[label].format(**options) for label in labels}:
             texts["title"] = f"{drawable(mission.name)}: {texts['title']}"
             if bars:
                 self.axes = plots.bars(bars, **texts, level=next(iter(marks), None))
             else:
-                lines = list(_lines(records, known_of_file, known))
+                lines = list(_lines(records, known_of_file, options))
                 from_zero = known_of_file.get("y_from_zero", False)
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         self.findings = list[str]()
         for sentence in known_of_file.get("findings", ()):
             # Findings on a plan or a crossing that does not exist are left out.
             with contextlib.suppress(KeyError):
-                self.findings.append(sentence.format(**known))
+                self.findings.append(sentence.format(**options))
         self.findings += findings
-        self.details = known_of_file.get("details", "").format(**known)
+        self.details = known_of_file.get("details", "").format(**options)
 
     @property
     def name(self) -> str:
@@ -194,7 +194,10 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
             "deadline_s": plan.mission.limits.deadline_s,
             "perspective": plan.perspective,
             **{f"{time}_time_s": getattr(plan, f"{time}_time_s") for time in times},
-            **{f"eta{n}_percent": eta(plan, each) for n, each in enumerate(PAPER, start=1)},
+            **{
+                f"eta{n}_percent": eta(plan, perspective)
+                for n, perspective in enumerate(PAPER, start=1)
+            },
             **{end: getattr(plan, end) for end in ends},
             "route": " > ".join(plan.route),
             "stays": "; ".join(_stays(plan)),
@@ -241,9 +244,9 @@ def _course(plan: Plan, file: str, words: Mapping[str, object], **others: Any) -
     trace = replay(plan).trace
     wells = {name: getattr(trace, name).sum(axis=1) for name in ("available_As", "bound_As")}
     highest = 100.0 * wells["available_As"].max() / float(plan.mission.pool.full[0])
-    known = {"plan": plan, "highest": highest, **words}
+    context = {"plan": plan, "highest": highest, **words}
     records, axes = _columns(time_s=trace.time_s, **wells), plots.wells([plan])[0]
-    return Exhibit(plan.mission, file, records, known, axes, **others)
+    return Exhibit(plan.mission, file, records, context, axes, **others)
 
 
 def direct_path(mission: Mission) -> Exhibits:
@@ -345,9 +348,9 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     pairs = [(row["min_soc_percent"], row["hover_time_s"]) for row in own_rows]
     lost = next((f"{percent:g}" for percent, hover_s in pairs if math.isnan(hover_s)), None)
     words = {"lost": lost, "where": "" if loads else " at the mission's own v_max", "loads": loads}
-    known = [pair for pair in pairs if not math.isnan(pair[1])]
-    if len(known) > 1:
-        (start, first), *others = known
+    measured = [pair for pair in pairs if not math.isnan(pair[1])]
+    if len(measured) > 1:
+        (start, first), *others = measured
         if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
             words["constant"] = first
         else:
@@ -369,8 +372,8 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     inner = [bend for bend in bends if first_As < bend < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
     columns = {"pack_As": packs_As, "optimum_with_laser_and_own_pack_s": best_s}
-    for name, each in (("without", dark), ("with", mission)):
-        plans = (curves.direct(each, pack_As, perspective) for pack_As in packs_As)
+    for name, subject in (("without", dark), ("with", mission)):
+        plans = (curves.direct(subject, pack_As, perspective) for pack_As in packs_As)
         columns[f"direct_{name}_laser_s"] = [p.hover_time_s if p else math.nan for p in plans]
     words = {"own_As": own_As, "best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
     if crossing_As is not None:

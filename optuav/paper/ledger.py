@@ -292,8 +292,8 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     Parameters
     ----------
     names
-        A name of an entry, or several; or beginnings of names where no entry has the name. All
-        entries by default.
+        A name of an entry, or several; or beginnings of names if no entry has exactly this name.
+        All entries by default.
 
     Returns
     -------

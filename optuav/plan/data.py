@@ -114,10 +114,10 @@ class PlanData(Record):
             with_or_without = "needs" if answered else "has no"
             faults = [f"with status {self.status.value}, a plan {with_or_without} phases and soc"]
         here, named = None, {end for p in self.phases for end in (p.start_place, p.end_place)}
-        known = {*ends_of(self.mission), *named.intersection(self.mission.buildings.names)}
+        existing = {*ends_of(self.mission), *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
-            strange = (name for name in ends if name not in known)
+            strange = (name for name in ends if name not in existing)
             wrong = [f": {name!r} is not a place of the mission" for name in strange]
             if here not in (None, phase.start_place):
                 wrong.append(" begins elsewhere than the one before it ends")

@@ -24,7 +24,7 @@ LEGEND = (
 )
 NUMBERED = re.compile(r"^[\w-]+\.[a-z] ")  # Beginning of a constraint's label that numbers it
 CHARGE, AVAILABLE = "battery", "available"  # Perspectives of the charge, and of the wells
-EDITED = "*: figures stated in the graph."
+EDITED = "*: figures set in the graph."
 TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
 
@@ -52,18 +52,18 @@ def blocks(plan: PlanData) -> Iterator[Block]:
 
 def question_blocks(plan: PlanData) -> Iterator[Block]:
     """The verdict in HTML; the question and its answer, there folded."""
-    known = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
-    yield Fold("", [known], in_text=False)
+    headline = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
+    yield Fold("", [headline], in_text=False)
     yield Fold("Question", [Facts(heading(plan))], is_open=not plan)
 
 
 def verdict(plan: PlanData) -> str:
     """The answer in one sentence."""
-    known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
+    words = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
     if not plan:
-        return f"No plan: {known}"
+        return f"No plan: {words}"
     flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
-    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
+    return f"Hover {plan.hover_time_s:.2f} s ({words}){flies}"
 
 
 def heading(plan: PlanData) -> list[Line]:
@@ -104,8 +104,8 @@ def remarks(plan: PlanData) -> list[Line]:
 
 def warnings(plan: PlanData) -> list[Line]:
     """What keeps a plan from being flown, and a table that is not here."""
-    known = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
-    return [("Warning", warning) for warning in known]
+    sentences = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
+    return [("Warning", warning) for warning in sentences]
 
 
 def unknown_buildings(mission: Mission) -> str:
@@ -113,8 +113,8 @@ def unknown_buildings(mission: Mission) -> str:
     source, lacking = mission.buildings.source, mission.buildings.lacking
     if source is None or not lacking:
         return ""
-    known = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
-    return f"the table {label(Path(source.path))} is not here: {known}"
+    words = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
+    return f"the table {label(Path(source.path))} is not here: {words}"
 
 
 def counted_in(slot_s: float | None) -> str:
@@ -151,12 +151,18 @@ def times(plan: PlanData) -> list[tuple[str, str, str]]:
 
 def outcome(plan: PlanData) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
-    levels, own = plan.soc or {}, _counted_as(plan)
-    left = [f"{percent(levels[own])} by {own}"] if own != CHARGE and own in levels else []
+    levels, counted = plan.soc or {}, _counted_as(plan)
+    left = (
+        [f"{percent(levels[counted])} by {counted}"]
+        if counted != CHARGE and counted in levels
+        else []
+    )
     left += [f"{percent(levels[CHARGE])} of the battery"] if CHARGE in levels else []
     lines = [("Route", " → ".join(plan.route)), ("Charge left", ", ".join(left) or "unknown")]
-    known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
-    for name, value in (("Objective", known), ("Bound", plan.bound)):
+    shown_objective = (
+        None if plan.problem in LONGEST_HOVER else plan.objective
+    )  # The hover is shown above
+    for name, value in (("Objective", shown_objective), ("Bound", plan.bound)):
         if value is not None:
             reached = with_unit(value, plan.objective_unit)
             lines.append((name, reached + "; none is better" * (name == "Bound")))

@@ -169,9 +169,9 @@ def bars(
     groups = list(dict.fromkeys(bar.group for bar in shown))
     used = [name for name in COLOURS if any(bar.name == name for bar in shown)]
     floor, width = level.at if level else 0.0, GROUP / max(2, len(used))
-    known = [bar.value for bar in shown if bar.value is not None]
-    low, high = style.margins([0.0, floor, *known], 0.14)
-    ax.set(ylabel=y_label, ylim=(low if min(known, default=0.0) < 0.0 else 0.0, high))
+    values = [bar.value for bar in shown if bar.value is not None]
+    low, high = style.margins([0.0, floor, *values], 0.14)
+    ax.set(ylabel=y_label, ylim=(low if min(values, default=0.0) < 0.0 else 0.0, high))
     for group, name, value, flyable in shown:
         middle = used.index(name) - 0.5 * (len(used) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
@@ -255,8 +255,8 @@ def curves(
     if not (y_from_zero or np.isfinite(values).any()):
         raise InputError("there is nothing to draw: no line has a finite value")
     ax = ax or style.page(4.0).subplots()
-    known = values[np.isfinite(values)].tolist()
-    widths, labels = _apart(lines, max(known, default=0.0) - min(known, default=0.0))
+    finite = values[np.isfinite(values)].tolist()
+    widths, labels = _apart(lines, max(finite, default=0.0) - min(finite, default=0.0))
     looks = zip(lines, widths, labels, cycle(LINES), cycle(DASHES), strict=False)
     for line, width, label, colour, dashes in looks:
         look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width, "zorder": 3}
@@ -266,7 +266,7 @@ def curves(
             curve.set(color=LOOKS[line.well].light, path_effects=RIMS[line.well])
         x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
         ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
-    low, high = style.margins(known + [0.0] * y_from_zero)
+    low, high = style.margins(finite + [0.0] * y_from_zero)
     low = max(low, 0.0) if y_from_zero else low
     ax.set_ylim(low, high + ROOM_ABOVE * (high - low) * bool(marks))
     rows = -(-len(lines) // COLUMNS)
@@ -306,7 +306,7 @@ def _apart(lines: Sequence[Line], span: float) -> tuple[list[float], list[str]]:
 
 def _near(one: Line, other: Line, most: float) -> Booleans:
     """Where two lines over the same values differ by so little; nowhere if over others."""
-    (x, y), (other_x, other_y) = (np.asarray(each[1:3], dtype=float) for each in (one, other))
+    (x, y), (other_x, other_y) = (np.asarray(line[1:3], dtype=float) for line in (one, other))
     if not np.array_equal(x, other_x):
         return np.zeros(0, dtype=bool)
     near: Booleans = np.isclose(y, other_y, rtol=0.0, atol=most, equal_nan=True)

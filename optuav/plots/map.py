@@ -201,13 +201,13 @@ def trajectories(
     """
     if not of_kind("plans", plans, Mapping, "plans by name, in a dict"):
         raise InputError("a map of trajectories needs at least one plan")
-    known = {name: load_plan(plan) for name, plan in plans.items()}
-    if len({SITE(plan.mission) for plan in known.values()}) > 1:
+    loaded = {name: load_plan(plan) for name, plan in plans.items()}
+    if len({SITE(plan.mission) for plan in loaded.values()}) > 1:
         raise InputError("the plans of one map have the same places: route, buildings, laser, link")
-    shown = scene(next(iter(known.values())).mission)
+    shown = scene(next(iter(loaded.values())).mission)
     ways, entries = list[Way](), list[Artist]()
     for (name, plan), colour, dashes in zip(
-        known.items(), cycle(COLOURS), cycle(DASHES), strict=False
+        loaded.items(), cycle(COLOURS), cycle(DASHES), strict=False
     ):
         look: Look = {"color": colour, "linestyle": dashes}
         label = style.WORDS.get(name, style.drawable(name))
@@ -220,7 +220,7 @@ def trajectories(
         else:
             label += f": no plan ({plan.status.value})"
         entries.append(Line2D([], [], label=label, **look))
-    perspectives = dict.fromkeys(plan.perspective for plan in known.values())
+    perspectives = dict.fromkeys(plan.perspective for plan in loaded.values())
     title = style.titled(shown.mission.name, "trajectories", style.perspective(*perspectives))
     return _draw(shown, ways, entries, title, times=False, figure=figure)
 

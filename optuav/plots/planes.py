@@ -82,11 +82,11 @@ def plane(
     if not slot_s > 0.0:
         raise InputError([Fault("slot_s", f"{slot_s!r}", "a length > 0 [s]")])
     upward, across = model.variables
-    known = [plan for plan in load_plans(plans, least=0) if plan]
-    points = [(getattr(plan, across.name), getattr(plan, upward.name)) for plan in known]
-    route = known[0].route if known else ()
+    flown = [plan for plan in load_plans(plans, least=0) if plan]
+    points = [(getattr(plan, across.name), getattr(plan, upward.name)) for plan in flown]
+    route = flown[0].route if flown else ()
     moments = (constraint.moment for constraint in model.constraints)
-    if 0 < len(route) <= max((getattr(each, "flight", 0) for each in moments), default=0):
+    if 0 < len(route) <= max((getattr(moment, "flight", 0) for moment in moments), default=0):
         words = "plans of the itinerary of this model"
         raise InputError([Fault("plans", " → ".join(route), words)])
     ax = ax or style.page(4.4).subplots()
@@ -100,7 +100,7 @@ def plane(
     style.group_thousands(ax)
     handles = list(_draw_constraints(ax, drawn, route))
     handles += _draw_grid(ax, drawn, counted, slot_s)
-    for plan, point in zip(known, points, strict=True):
+    for plan, point in zip(flown, points, strict=True):
         in_slots = plan.slot_s is not None
         words = f"optimum in slots of {plan.slot_s:g} s" if in_slots else "optimum"
         times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"

@@ -200,7 +200,8 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     rule = style.perspective(found.perspective)
     ax.set_title(style.titled(found.missions[0].name, lasers, rule))
     style.group_thousands(ax)
-    style.settle(ax)
+    for _ in range(2):  # The first time moves the axes, as both have one scale, and their labels
+        style.settle(ax)
     return ax
 
 

@@ -222,13 +222,13 @@ def leg(
 
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
-    known = scene(mission).places
+    all_places = scene(mission).places
     refuse(
-        Fault(option, shown(name), f"one of {first_ten(known.names)}")
+        Fault(option, shown(name), f"one of {first_ten(all_places.names)}")
         for option, name in (("start", start), ("end", end))
-        if name not in known.names
+        if name not in all_places.names
     )
-    first_m, last_m = (known.position_m[known.names.index(name)] for name in (start, end))
+    first_m, last_m = (all_places.position_m[all_places.names.index(name)] for name in (start, end))
     x, y, z = (last_m - first_m).tolist()
     if x == y == z == 0.0:
         raise InputError(f"the leg {start} → {end} has no length")
@@ -311,7 +311,7 @@ def _draw_current(ax: Axes, stages: Sequence[_Stage]) -> None:
         for stage in stages:
             numbers.setdefault(stage.name, []).append(f"{stage.number}")
         words = {name: f"{name} ({', '.join(own)})" for name, own in numbers.items()}
-        entries = [style.swatch(COLOURS.get(name, GREY), each) for name, each in words.items()]
+        entries = [style.swatch(COLOURS.get(name, GREY), label) for name, label in words.items()]
         _legend_beside(ax, entries, "stages")
 
 

@@ -170,7 +170,8 @@ def picture_of(drawn: Any) -> Shown:
 def image(figure: Figure, **options: Any) -> bytes:
     """A figure as the content of a file, with options as `Figure.savefig` takes them."""
     content = io.BytesIO()
-    figure.set_layout_engine("none")  # the picture is laid out already
+    if isinstance(figure, Page):
+        figure.set_layout_engine("none")  # the picture is laid out already
     with applied():
         figure.savefig(content, dpi=figure.dpi, **options)
     return content.getvalue()
@@ -192,8 +193,8 @@ def perspective(*names: str) -> str:
 def drawable(name: str) -> str:
     """A name as a picture shows it: not too long, no mathematics, only letters of the font."""
     short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
-    known = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
-    return known.replace("$", r"\$")
+    letters = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
+    return letters.replace("$", r"\$")
 
 
 @cache

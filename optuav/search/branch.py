@@ -169,7 +169,7 @@ class _BranchAndBound:
         budget = self.examined + (MOST_BOXES if self.time_limit_s == np.inf else np.inf)
         kinds = sorted({boxes.pattern for boxes in self.open})
         parts = ([some for some in self.open if some.pattern == kind] for kind in kinds)
-        self.open = deque(joined(each) for each in parts)
+        self.open = deque(joined(part) for part in parts)
         while self.open:
             if self.examined > budget:
                 self._close_in()
@@ -183,7 +183,9 @@ class _BranchAndBound:
         for _ in range(GAP_HALVINGS):
             middle_s = 0.5 * (low_s + self.most_s)
             high = (boxes.take(boxes.bound_s >= middle_s) for boxes in left)
-            passed = [possible(self.terrain, each, np.full(len(each), middle_s)) for each in high]
+            passed = [
+                possible(self.terrain, upper, np.full(len(upper), middle_s)) for upper in high
+            ]
             if any(map(len, passed)):
                 low_s, left = middle_s, [boxes for boxes in passed if len(boxes)]
             else:

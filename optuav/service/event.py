@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission.messages import misfits, plural, shown
 from optuav.service.endless import EndlessCycle
 from optuav.service.event_roster import AT_LEAST, EventHover, EventRoster, courses_of, judged
@@ -180,7 +180,7 @@ def event_of(
             raise NoPlanError(f"{number} cannot cover {hours:g} h: {AT_LEAST} {least}")
         for roster in (roster for ring in able for roster in rosters_of(ring)):
             tell(next(tried), None, f"{number} on {printable(roster.ring.building)}")
-            if roster.lowest_As >= -TOLERANCE * float(roster.battery.capacity_As):
+            if roster.lowest_As >= -JUDGE_TOLERANCE * float(roster.battery.capacity_As):
                 event = _event(cycles, hours, least, roster, separation_m)
                 if event.replay().flyable:
                     return judged(event)

@@ -132,7 +132,7 @@ class EventRoster(Result):
         if self.overlap_s or self.separation_m:
             words = f"{self.overlap_s:g} s of overlap"
             if self.separation_m:
-                words += f", next drone {_step_in_words(self.separation_m)}"
+                words += f", next drone {step_in_words(self.separation_m)}"
             yield "Handover", words
 
     def pictures(self, begin: datetime | None = None) -> Pictures:
@@ -199,7 +199,7 @@ def judged(event: Some) -> Some:
     return replace(event, courses=tuple(courses))
 
 
-def _step_in_words(step_m: tuple[float, ...]) -> str:
+def step_in_words(step_m: tuple[float, ...]) -> str:
     """A step from one hover point to the next, in words."""
     if any(step_m[:2]):
         return f"({', '.join(f'{metres:g}' for metres in step_m)}) m away"

@@ -357,7 +357,8 @@ def _roster(
     rows, start_s = [*kept], succession.begin_s
     for number, hover_s in enumerate(hovers_s.tolist()):
         drone = succession.duty(number).drone
-        rows.append(EventHover(drone=drone, start_s=start_s, hover_s=hover_s, rest_s=0.0))
+        if hover_s > ROUNDING_S:  # Else its turn is left out
+            rows.append(EventHover(drone=drone, start_s=start_s, hover_s=hover_s, rest_s=0.0))
         start_s += hover_s - event.overlap_s + succession.pause_s * (number == 0)
     rows.sort(key=lambda row: row["start_s"])
     gaps = _gaps(rows, 0.0, 3600.0 * event.hours)
@@ -418,6 +419,7 @@ def _programme_left(
     from the start.
     """
     overlap_s, current, until_s = event.overlap_s, succession.current, 3600.0 * event.hours
+    climbs_s = sum(vertical_times_s(event.mission, CLIMB_M))
     paused_s = succession.pause_s * (count > 1)
     rows, last, margin = list[Constraints](), dict[int, int](), 2 * count
     shift_s = [succession.begin_s - k * overlap_s + paused_s * (k > 0) for k in range(count)]
@@ -447,7 +449,7 @@ def _programme_left(
             spare_s = shift_s[k] - shift_s[before] - visit.flight_s
             gained |= {before: visit.hover_A, count + before: -1.0}
             limit_As = -visit.flight_As + rest_A * spare_s
-            spare_s -= swap_s
+            spare_s -= swap_s or climbs_s  # The files take climbs from the rests
         else:
             spare_s = shift_s[k] - duty.ready_s(succession.at_s)
             flown = duty.landed_s > -math.inf

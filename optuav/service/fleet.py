@@ -56,8 +56,8 @@ class Fleet(Result):
     offsets_s, starts_every_s
         (drone,) first take-off of each drone, and the time between two departures [s].
     share, asked_share, longest_gap_s
-        Mean number of drones that hover, the one asked for, and the longest time with fewer than
-        asked for [s].
+        Mean number of drones that hover, the requested number, and the longest time with fewer
+        drones than requested [s].
     overlap_s, hover_s, rest_s
         Time that two drones hover together at a handover; hover and rest of a cycle [s].
     building, charged_by
@@ -96,10 +96,10 @@ class Fleet(Result):
     visit: Visit = field(repr=False)
 
     def replay(self, days: float = 4.0) -> FleetReplay:
-        """Simulate the fleet for some days by the judge alone, all drones full at first.
+        """Simulate the fleet for some days with the judge; all drones start with full batteries.
 
-        A charger goes on while its drone waits, until the next one needs the place. Days are > 0
-        and up to 30 [d], else `InputError`.
+        A charger stays on while its drone waits, until the next drone needs the place. Days are > 0
+        and up to 30 [d]; otherwise it raises `InputError`.
         """
         refuse(misfits(("days", days, Range("d", gt=0, le=30))))
         visit, until_s = self.visit, days * DAY_S
@@ -194,7 +194,7 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     drones = upwards(cycle.period_s / every_s)
     if drones > MOST_FLEET_DRONES:
         raise NoPlanError(
-            f"{drones} drones would have to take turns, more than {MOST_FLEET_DRONES}: state a "
+            f"{drones} drones would have to take turns, more than {MOST_FLEET_DRONES}: ask for a "
             "smaller share"
         )
     wait_s = max(drones * every_s - cycle.period_s, 0.0)

@@ -48,7 +48,7 @@ class HoverTimes:
     ) -> None:
         self.missions, self.computed = missions, 0
         self._tell = tell or (lambda *_: None)
-        self._questions = [checked_question(each, "P1", perspective) for each in missions]
+        self._questions = [checked_question(mission, "P1", perspective) for mission in missions]
         # Towns, with the buildings to try first, and missions that differ only in their device.
         self._towns, alike = dict[int, tuple[Places, list[int]]](), dict[Mission, list[int]]()
         for number, mission in enumerate(missions):
@@ -83,7 +83,7 @@ class HoverTimes:
         """Return which places a laser at a site [m] lights, by mission (place,)."""
         key = {"laser.position_m": site_m.tolist()}
         places = (build_places(mission.replace(key)) for mission in self.missions)
-        return [each.received_power_W > 0.0 for each in places]
+        return [table.received_power_W > 0.0 for table in places]
 
     def _in_town(self, number: int, sites_m: Floats) -> Floats:
         """The hovers of a mission with many buildings (site,) [s]."""

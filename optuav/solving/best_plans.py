@@ -20,14 +20,21 @@ from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket
 from optuav.mission import Mission
 from optuav.modelling import Model
-from optuav.modelling.check import TOLERANCE, evaluated
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial, part
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import quantities, route_quantities, select, table_entries, transpose
-from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
+from optuav.solving.balance import (
+    TIMES,
+    Balance,
+    balance,
+    flight_and_rest_bounds_s,
+    longest_by_balance,
+    shortest_by_balance,
+)
 from optuav.solving.longest import longest, shortest_rests
 from optuav.solving.question import MOST_ROWS, Question, count_of_routes, solve_model
 from optuav.solving.ranking import tied
@@ -62,8 +69,8 @@ REASONS = {
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
 SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
-ROUNDS = 3  # Bracketing rounds: the most promising open routes; in the last round, all open ones
-STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
+BRACKET_ROUNDS = 3  # Rounds of bracketing: the most promising open routes; at last, all open ones
+NEWTON_STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
 BEYOND_S = 1e-6  # Time after Newton's moment when the well is shown to be empty [s]
 ROUNDED_WELL = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
 HOVER_TIME: Monomial = frozenset({("hover", "time")})
@@ -95,7 +102,7 @@ class BestPlans:
     @classmethod
     def none(cls, count: int) -> BestPlans:
         """No plan anywhere, and not known why."""
-        arrays: dict[str, Any] = {each.name: np.full(count, np.nan) for each in fields(cls)}
+        arrays: dict[str, Any] = {field.name: np.full(count, np.nan) for field in fields(cls)}
         codes = {name: np.zeros(count, np.int8) for name in ("status", "reason")}
         return cls(**arrays | codes | {"route": np.full(count, -1)})
 
@@ -132,9 +139,8 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         permitted_routes(variants, problem, early == 0),
         type(problem) in LONGEST_HOVER_PROBLEMS,
     )
-    wanted_s = problem.hover_time_s if isinstance(problem, P2) else None
-    if wanted_s is not None and perspective == AVAILABLE and _always_draws(variants):
-        answers = _shortest_for_hover(variants, able, wanted_s)
+    if rests := rests_for_hover(variants, question, able):
+        answers = rests
     elif perspective == "wells" or not longest_hover:
         answers = _answered(variants, question, able)
     elif perspective == AVAILABLE:
@@ -153,13 +159,13 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
     counted = soc[perspective if perspective in PAPER else "battery"]
     if winners.tapers:
         soc["battery"] = np.empty(len(variant))
-        for some, steps in _in_steps(variants, variant, route):
+        for some, steps in in_steps(variants, variant, route):
             soc["battery"][some] = tapered(steps, *(time_s[some] for time_s in times_s))
         counted = soc["battery"] if perspective == AVAILABLE else counted
     kept = np.ones(len(variant), bool)
     if longest_hover:
-        late = mission_s[won] > (1.0 + TOLERANCE) * winners.deadline_s
-        kept = ~(late | (counted < winners.min_soc - TOLERANCE))
+        late = mission_s[won] > (1.0 + CONSTRAINT_TOLERANCE) * winners.deadline_s
+        kept = ~(late | (counted < winners.min_soc - CONSTRAINT_TOLERANCE))
         answers.otherwise[variant[~kept]] = STATUSES.index(Status.ERROR)
     columns = {
         "hover_time_s": times_s[0],
@@ -173,7 +179,7 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         "objective": times_s[0] if answers.objective is None else answers.objective[won],
         "bound": np.nan if answers.bound is None else answers.bound[variant],
     }
-    plans = {name: _filled(each, variant.shape) for name, each in columns.items()}
+    plans = {name: _filled(column, variant.shape) for name, column in columns.items()}
     if np.count_nonzero(kept) == variants.count:
         return BestPlans(**plans)
     best = BestPlans.none(variants.count)
@@ -193,28 +199,36 @@ def wants_hover(question: Question) -> bool:
 
 
 def _always_draws(variants: Variants) -> bool:
-    """Whether every hover takes charge from the battery, and charging is at constant current."""
+    """Whether every hover takes charge from the battery."""
     received_A = variants.received[0][:, variants.network.places.hovers]
-    return not route_quantities(variants).tapers and bool(
-        np.all(variants.hover_load.current_A > received_A)
-    )
+    return bool(np.all(variants.hover_load.current_A > received_A))
 
 
-def _shortest_for_hover(variants: Variants, able: Booleans, hover_s: float) -> TiedPlans:
-    """The shortest flights and rests that tie, for a hover time that every hover takes charge for.
+def rests_for_hover(variants: Variants, question: Question, able: Booleans) -> TiedPlans | None:
+    """The shortest flights and rests that tie for a wanted hover through the wells.
 
-    A longer hover never needs less rest then.
+    None for other questions, and where an engine has to search: a longer hover than wanted never
+    needs less rest if every hover takes charge; else a bound by charge has to prove the answer.
     """
+    hover_s = question.problem.hover_time_s if isinstance(question.problem, P2) else None
     table = route_quantities(variants)
+    if hover_s is None or question.perspective != AVAILABLE or table.tapers:
+        return None
     variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
     rest_s = np.full(len(route), np.nan)
-    for some, steps in _in_steps(variants, variant, route):
+    for some, steps in in_steps(variants, variant, route):
         rest_s[some] = shortest_rests(steps, len(some), hover_s)
     known = ~np.isnan(rest_s)
     variant, route, rest_s = variant[known], route[known], rest_s[known]
     flown_s = np.broadcast_to(table_entries(table.flight_time_s, variant, route), rest_s.shape)
     best = tied(variant, flown_s + rest_s)
     variant, route, rest_s, flown_s = (x[best] for x in (variant, route, rest_s, flown_s))
+    if not _always_draws(variants):
+        least_s = np.where(able, flight_and_rest_bounds_s(variants, hover_s).T, np.inf).min(axis=1)
+        shortest_s = np.full(variants.count, np.inf)
+        np.minimum.at(shortest_s, variant, flown_s + rest_s)
+        if not np.all(shortest_s <= least_s + SAME_S):  # NaN where no route is able
+            return None
     codes = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return TiedPlans(variant, route, np.full(len(route), hover_s), rest_s, *codes, flown_s + rest_s)
 
@@ -230,7 +244,7 @@ def hover_times_s(variants: Variants, perspective: Perspective, least_s: float =
     most_s = _most_s(variants, able)
     hover_s = np.full(most_s.shape, -np.inf)
     route, variant = np.nonzero(most_s >= least_s)
-    for some, steps in _in_steps(variants, variant, route):
+    for some, steps in in_steps(variants, variant, route):
         times_s, *_ = bracketed(steps, len(some), shortest_rest=False, least_s=least_s)
         hover_s[route[some], variant[some]] = np.nan_to_num(times_s, nan=-np.inf)
     return hover_s.T
@@ -304,14 +318,14 @@ def _longest_by_wells(variants: Variants, able: Booleans) -> TiedPlans:
     most_s = _most_s(variants, able)
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, fill) for fill in (np.nan, np.nan, -np.inf))
     open_, least_s = most_s >= 0.0, np.zeros(variants.count)
-    for number in range(ROUNDS):
-        if number < ROUNDS - 1:
+    for number in range(BRACKET_ROUNDS):
+        if number < BRACKET_ROUNDS - 1:
             left_s = np.where(open_, most_s, np.nan)
             tops_s = np.fmax.reduce(left_s, axis=0) - SAME_S
             route, variant = np.nonzero(left_s >= tops_s)
         else:
             route, variant = np.nonzero(open_)
-        for some, steps in _in_steps(variants, variant, route):
+        for some, steps in in_steps(variants, variant, route):
             at = route[some], variant[some]
             hovers = bracketed(steps, len(some), least_s=least_s[at[1]])
             hover_s[at], rest_s[at], beyond_s[at] = hovers
@@ -336,14 +350,14 @@ def _most_s(variants: Variants, able: Booleans) -> Floats:
     return most_s if tapers else np.minimum(most_s, _well_bound(variants, most_s))
 
 
-def _in_steps(
+def in_steps(
     variants: Variants, variant: Integers, route: Integers
 ) -> Iterator[tuple[Integers, Quantities]]:
     """Numbers of itineraries that one declaration serves, and their quantities with the steps.
 
     The stages of a flight are one step if the available well falls all along it.
     """
-    routes, shares = variants.network.routes, [each.share for each in variants.mission.served]
+    routes, shares = variants.network.routes, [device.share for device in variants.mission.served]
     whole = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
     whole = whole & (not route_quantities(variants).tapers)
     for shifts, alike in (variants.shifts, whole), ((), ~whole):
@@ -423,7 +437,7 @@ def _empty_by(
     level, slope = (terms.get(monomial, 0.0) for monomial in (CONSTANT, HOVER_TIME))
     bends = [(s, c) for m, c in terms.items() for _, s in m if s != "time"]
     rate_per_s, bound_s = pool.rate_per_s, most_s
-    for step in range(STEPS + 1):
+    for step in range(NEWTON_STEPS + 1):
         left, falls, rises = level + slope * bound_s, slope, slope
         for share, bend in bends:
             s_bound_s = bound_s if share == 1.0 else share * bound_s
@@ -432,8 +446,8 @@ def _empty_by(
             by_share = bend * (1.0 - rate_per_s * levelled_s)
             by_share = by_share if share == 1.0 else share * by_share
             falls, rises = falls + by_share, rises + np.maximum(by_share, 0.0)
-        if step < STEPS:
-            bound_s = bound_s - left / falls + (BEYOND_S if step == STEPS - 1 else 0.0)
+        if step < NEWTON_STEPS:
+            bound_s = bound_s - left / falls + (BEYOND_S if step == NEWTON_STEPS - 1 else 0.0)
     sinks = (falls < 0.0) & (slope <= 0.0) & (rises <= 0.0)
     proved = (left < -ROUNDED_WELL * pool.capacity_As) & sinks
     return np.where(proved & (bound_s >= 0.0), bound_s, np.inf)

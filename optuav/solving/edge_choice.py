@@ -73,8 +73,8 @@ def best_along_edges(question: Question, network: Network) -> EdgeAnswer:
             f"{solution.engine} returned {among_all_s:.9g} s along all edges, "
             f"but {plan.hover_time_s:.9g} s is best in the order that it chose"
         )
-    known = {"engine": solution.engine, "proof": solution.proof}
-    return EdgeAnswer(plan.model_copy(update=known), graph, model)
+    changes = {"engine": solution.engine, "proof": solution.proof}
+    return EdgeAnswer(plan.model_copy(update=changes), graph, model)
 
 
 def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
@@ -85,10 +85,14 @@ def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
     trajectory = question.problem.trajectory
     if trajectory not in ("optimal", "direct"):
         yield Fault("trajectory", shown(trajectory), f"must be optimal or direct {with_form}")
-    stated = mission.battery.flight_energy_J is not None
-    if question.perspective == "adjusted" and mission.limits.keep_soc == "always" and not stated:
+    has_energy = mission.battery.flight_energy_J is not None
+    if (
+        question.perspective == "adjusted"
+        and mission.limits.keep_soc == "always"
+        and not has_energy
+    ):
         words = f"must be battery or energy {with_form} and limits.keep_soc = 'always', unless "
-        words += "battery.flight_energy_J is stated: else the share of a leg depends on the others"
+        words += "battery.flight_energy_J is set: the share of a leg depends on the others"
         yield Fault("perspective", shown(question.perspective), words)
 
 

@@ -151,8 +151,8 @@ class FreeSpeedProgram(Program):
         nearest = self._priced(routes)
         if most_s < 0.0:
             return nearest
-        known = {"status": Status.UNKNOWN, "proof": NOT_FOUND, "reasons": nearest.reasons}
-        return nearest.model_copy(update=known)
+        changes = {"status": Status.UNKNOWN, "proof": NOT_FOUND, "reasons": nearest.reasons}
+        return nearest.model_copy(update=changes)
 
     def route_of(self, plan: Plan) -> RouteSpeeds:
         """The segments of the route of a plan."""
@@ -205,8 +205,8 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
     """The problem over the speeds of the legs, Δ and T', for routes of segments of like kinds."""
     network, problem = speeds.network, question.problem
     model = Model(f"{problem.name} with the speeds of the legs free: longest hover")
-    known = quantities(network, which, rests=rests, steps=False)
-    values = Given.of(known, question.perspective)
+    table = quantities(network, which, rests=rests, steps=False)
+    values = Given.of(table, question.perspective)
     stages, steps, landings = list[Stage](), list[Stage | str](), list[Landing]()
     for legs, stay in legs_and_stays(network, which, rests):
         for segment in np.flatnonzero(np.isfinite(speeds.ways_m[0][:, legs[0]])).tolist():

@@ -17,10 +17,11 @@ from optuav.solving.best_plans import (
     STATUSES,
     BestPlans,
     best_plans,
+    rests_for_hover,
     wants_hover,
 )
 from optuav.solving.question import Question, solve_model
-from optuav.solving.route_models import RouteModel, declarations
+from optuav.solving.route_models import RouteModel, declarations, permitted_routes
 
 PROOF_OF_REST = "bracketed: the shortest rest that all limits allow for this hover"
 
@@ -31,14 +32,17 @@ def longest_hover(question: Question, network: Network) -> tuple[RouteModel, Sol
     So too of the shortest flight and rest for a hover through the wells. None of other questions,
     and where no route has times: why, an engine finds out.
     """
-    if not (_is_known(question, network.mission) and network.routes.flyable.any()):
+    if not (is_known(question, network.mission) and network.routes.flyable.any()):
         return None
     variants = as_variants(network)
+    able = permitted_routes(variants, question.problem)
+    if wants_hover(question) and rests_for_hover(variants, question, able) is None:
+        return None
     best = best_plans(variants, question)
     if (route := best.route[0]) < 0:
         return None
-    able = np.arange(len(network.routes))[None] == route
-    ((part, _),) = declarations(question, variants, able)
+    chosen = np.arange(len(network.routes))[None] == route
+    ((part, _),) = declarations(question, variants, chosen)
     if question.perspective == AVAILABLE:
         return part, _bracketed(part, best)
     solution = solve_model(
@@ -63,7 +67,7 @@ def _bracketed(part: RouteModel, best: BestPlans) -> Solution:
     )
 
 
-def _is_known(question: Question, mission: Mission) -> bool:
+def is_known(question: Question, mission: Mission) -> bool:
     """Whether a question is for the longest hover in continuous times, by any engine."""
     return (
         (type(question.problem) in LONGEST_HOVER_PROBLEMS or wants_hover(question))

@@ -123,7 +123,7 @@ def shortfalls(
                 reasons.append(f"{constraint.label}: {exact} are asked for")
         return tuple(reasons)
     least = {variable.name: evaluate(variable.lower, parameters) for variable in model.variables}
-    times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
+    times = ", ".join(f"{unknown.symbol} = {least[unknown.name]:g}" for unknown in model.variables)
     broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
     labels = words(network, part, entry, [row.label for row in broken])
     way = " → ".join(network.route_names(int(part.routes[entry])))

@@ -136,11 +136,11 @@ def route_choice(
         How to count charge, as for `optuav.solve`: ``"battery"``, ``"energy"`` or ``"adjusted"``,
         which are linear in the times.
     form
-        How the choice is stated. ``"hull"``: unknowns and homogenised rows for each route, the
-        tightest there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches
-        off; fewer unknowns, a looser relaxation. See `formulations.milp`. ``"edges"``: a choice
-        for each leg instead of each route, for up to 12 devices in any order, in continuous times;
-        see `formulations.edges`. By default ``"hull"`` for at most 3 devices or in slots, else
+        Formulation of the choice. ``"hull"``: unknowns and homogenised rows for each route, the
+        tightest form; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches
+        off; fewer unknowns, a looser relaxation. See `formulations.milp`. ``"edges"``: a choice for
+        each leg instead of each route, for up to 12 devices in any order, in continuous times; see
+        `formulations.edges`. By default ``"hull"`` for at most 3 devices or in slots, else
         ``"edges"``.
     trajectory, order
         Routes to choose from: ``"optimal"`` (all), ``"direct"``, ``"traj1"`` or ``"traj2"``; and
@@ -158,7 +158,7 @@ def route_choice(
     Returns
     -------
     RouteChoice
-        The same plan as by Algorithm 2 of the paper, ties included, with the bound.
+        The plan that Algorithm 2 of the paper finds, also in ties, with the bound.
 
     Raises
     ------

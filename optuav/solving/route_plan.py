@@ -75,7 +75,7 @@ def plan_for(
             refused_As = begin_As + sum(phase.charge_As for phase in flown) - left_As
             if refused_As > ROUNDED_SOC * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
-                only = "only the state of charge battery counts that"
+                only = "only the perspective battery counts that"
                 notes.append(f"charging slowed down near full, it tapers: {refused}; {only}")
         hover_s = sum(phase.duration_s for phase in flown if phase.kind == "hover")
         found = {"objective": hover_s, "objective_unit": "s", **found, "phases": flown, "soc": soc}
@@ -152,7 +152,9 @@ def _keys_by_name() -> dict[str, str]:
     for key in numeric_keys():
         stem, _, axis = key.replace(".", "_", 1).partition("[")
         keys[f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem] = key
-    return keys | {each.name: key for each in QUANTITIES if (key := each.metadata["key"])}
+    return keys | {
+        quantity.name: key for quantity in QUANTITIES if (key := quantity.metadata["key"])
+    }
 
 
 def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]:

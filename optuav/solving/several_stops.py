@@ -146,14 +146,14 @@ def _every_sequence(
 
     Each route has the rest on its best building.
     """
-    question, known = program.question, terrain(network)
-    net = stay_net(network, np.arange(FIRST_BUILDING, len(known.duration_s)))
+    question, town = program.question, terrain(network)
+    net = stay_net(network, np.arange(FIRST_BUILDING, len(town.duration_s)))
     gain = net.current_A if question.perspective == "battery" else net.power_W
     # Behind the last stop of a sequence stands −1, which takes the last entry: no place.
     worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain, [-np.inf]])
     columns, count = [np.zeros((rests + hovers + 2, 0), dtype=np.intp)], 0
     for pattern in patterns(rests, hovers):
-        for boxes in sequences(known, pattern):
+        for boxes in sequences(town, pattern):
             rows = np.full((rests + hovers + 2, len(boxes)), -1, dtype=np.intp)
             rows[: len(boxes.places)] = boxes.places
             columns.append(rows)
@@ -201,8 +201,8 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         left = f"a gap of {gap_s:.3g} s is left"
         notes.append(f"the search {found.ended}; not proved to be best, {left}")
     if one:
-        known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
-        return one.model_copy(update=known | open_)
+        edits = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
+        return one.model_copy(update=edits | open_)
     if stops is None:
         none = "without a plan or proof that none exists"
         message = f"the search {found.ended} {none}: {none_longer}"

@@ -30,6 +30,8 @@ from optuav.studies.results import ComparedAnswer, Comparison, Pictures
 ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5), "casadi": 1e-4}
 """Tolerance of an engine's answer [s], up to `LONG_S` and in proportion beyond."""
 LONG_S = 1000.0
+SLOTS_S, SLOTS_OF_SEVERAL_S = (0.5, 1.0, 5.0, 10.0, 60.0), (10.0, 60.0)
+"""Lengths of slots that are compared by default [s], and with several devices."""
 HOVER, REST = "hover_time_s", "rest_time_s"
 METHOD_UNITS = {
     **dict.fromkeys(("problem", "building", "order", "method", "engine"), ""),
@@ -124,8 +126,8 @@ class MethodComparison(Comparison):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the verdict, gaps by problem, what each method is worth, and how it knows."""
-        name, known = self.mission.name, f"{self.perspective}, by every method"
-        yield Heading(f"{name}: longest hover Δ, {known}")
+        name, question = self.mission.name, f"{self.perspective}, by every method"
+        yield Heading(f"{name}: longest hover Δ, {question}")
         feasible = any(row["hover_time_s"] is not None for row in self.rows)
         yield Note([*self._verdict(feasible)])
         if feasible:
@@ -152,6 +154,10 @@ class MethodComparison(Comparison):
         unbounded = (row for row in self.rows if row["why"] and row["largest_gap_s"] is None)
         for why in dict.fromkeys(row["why"] for row in unbounded):
             yield f"The theory has no bound where {why}."
+        lengths_s = {row["slot_s"] for row in self.rows if row["slot_s"]}
+        if self.mission.devices and lengths_s == {*SLOTS_OF_SEVERAL_S}:
+            lengths = " and ".join(f"{slot_s:g}" for slot_s in SLOTS_OF_SEVERAL_S)
+            yield f"With several devices, slots of {lengths} s are compared by default."
 
     def _gaps(self) -> Table:
         """Return what slots lose of the hover by problem."""
@@ -192,16 +198,16 @@ class MethodComparison(Comparison):
                 kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
                 proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
         yield Table(["method", "largest gap [s]", "its bound [s]", "agree", *times], rows)
-        known = [
+        notes = [
             f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
             for kind, words in proofs.items()
         ]
         relaxed = [row["relaxation_s"] for row in self.rows if row["relaxation_s"] is not None]
         if limits := " or ".join(dict.fromkeys(f"{bound_s:.3f} s" for bound_s in relaxed)):
-            known.insert(
+            notes.insert(
                 0, f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
             )
-        yield Note(known)
+        yield Note(notes)
 
     def pictures(self) -> Pictures:
         """Yield what slots cost, by their length."""
@@ -235,6 +241,11 @@ def _gap(cell: MethodAnswer) -> str:
     gap_s = cell["gap_s"]
     text = fixed(gap_s)
     return text if cell["agrees"] else f"{text}!"
+
+
+def default_slots_s(mission: Mission) -> tuple[float, ...]:
+    """Return the lengths of slots to compare by default [s]; short ones are slow on many routes."""
+    return SLOTS_OF_SEVERAL_S if mission.devices else SLOTS_S
 
 
 def compare_methods(

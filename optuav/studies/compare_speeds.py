@@ -28,7 +28,7 @@ SPEED_UNITS = {
     "status": "",
 }
 GRID = 20_000  # Most points of the grid of speeds
-STEPS = 120  # Speeds of the picture
+SPEEDS_DRAWN = 120  # Speeds of the picture
 SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
 
 
@@ -79,7 +79,7 @@ class SpeedComparison(Comparison):
         from optuav.plots.style import titled
 
         most_m_s = self.route.largest_m_s
-        speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
+        speeds: Floats = np.linspace(SLOWEST, 1.0, SPEEDS_DRAWN) * most_m_s.max()
         points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
         hovers_s = self.route.hover_times_s(points, 0.0, self.perspective)
         flown = np.isfinite(hovers_s)
@@ -115,9 +115,11 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> SpeedCompariso
     }
     plan = plans["free"] = free.solve()
     answers = list[tuple[str, float | None, tuple[float, ...], str]]()
-    for method, each in plans.items():
-        flown = tuple(speed for leg in each.speeds_m_s for speed in leg) if each else ()
-        answers.append((method, each.hover_time_s if each else None, flown, each.status.value))
+    for method, answer in plans.items():
+        flown = tuple(speed for leg in answer.speeds_m_s for speed in leg) if answer else ()
+        answers.append(
+            (method, answer.hover_time_s if answer else None, flown, answer.status.value)
+        )
     route: RouteSpeeds | None = None
     if plan:
         solutions = free.answers()

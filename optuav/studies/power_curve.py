@@ -22,7 +22,7 @@ POWER_UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W",
 POWER_HEADS = dict(
     zip(POWER_UNITS, ("speed", "rotor power", "battery power", "current"), strict=True)
 )
-STEPS = 100  # Intervals up to the cap, if no speeds are given
+SPEED_STEPS = 100  # Intervals up to the cap, if no speeds are given
 PRINTED = 11  # Most rows of the printed table
 FASTEST_M_S = 1e6
 SPEEDS = "numbers, 0 <= x <= 1e6 [m/s], at least one"
@@ -45,9 +45,10 @@ class PowerCurve(Result):
     ----------
     speeds_m_s, rotor_power_W, battery_power_W, current_A
         (speed,) air speeds [m/s], the power at the rotors [W] (also `power_W`), and the power [W]
-        and the current [A] of the battery; it delivers more by 1 over ``flight.efficiency``.
+        and the current [A] of the battery. The battery's power is the rotors' divided by
+        ``flight.efficiency``.
     hover_power_W
-        At the rotors, in the mission's wind [W].
+        Power of the hover at the rotors, in the mission's wind [W].
     best_endurance_m_s, best_endurance_power_W, best_range_m_s, best_range_power_W
         Air speeds of least power and of least energy per metre, up to ``flight.max_speed_m_s``, in
         air at rest [m/s], and the power at the rotors there [W].
@@ -177,7 +178,7 @@ def power_curve(
         words = f"{' or '.join(map(shown, able))}, which has a curve of power against airspeed"
         raise InputError([Fault("flight.model", shown(whole.flight.model), words)])
     if speeds_m_s is None:
-        speeds = np.linspace(0.0, float(hover.max_speed_m_s), STEPS + 1)
+        speeds = np.linspace(0.0, float(hover.max_speed_m_s), SPEED_STEPS + 1)
     else:
         speeds = np.array(several("speeds_m_s", speeds_m_s, Real, SPEEDS), dtype=float)
         if not ((speeds >= 0.0) & (speeds <= FASTEST_M_S)).all():

@@ -46,6 +46,8 @@ FORMS = (
     'or { deviation = 0.1 }, each with or without along = ["table.key"]'
 )
 KINDS = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
+PARTS = {"along", "count"}.union(*KINDS)
+"""What a table of one key states; of other tables, the keys."""
 WAVELENGTH, COEFFICIENTS = "laser.wavelength_nm", tuple(CONVERSIONS[810])
 
 
@@ -69,17 +71,17 @@ def samples(
     count
         Number of samples, 1 to 1e7.
     method
-        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for
-        any count; or ``"latin-hypercube"``: each key has one sample in every of `count` equally
-        likely parts of its range [2]_.
+        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for any
+        count; or ``"latin-hypercube"``: each key has one sample in each of `count` equally likely
+        parts of its range [2]_.
     seed
         Seed of the samples, 0 to 2**63.
 
     Returns
     -------
     dict
-        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. Beside
-        an uncertain wavelength the conversion of the laser is held, as in a sensitivity.
+        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. If the
+        wavelength is uncertain, the laser's conversion stays fixed, as in a sensitivity.
 
     Raises
     ------
@@ -241,18 +243,18 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
     faults += keys_of_missing_tables(mission, numeric)
     wrong = {fault.key for fault in faults}
     forms = [(name, form) for name, form in forms if name not in wrong]
-    known = _known(mission)
-    starts = {name: ends for name, form in forms if name not in known and (ends := _start(form))}
+    numbers = _known(mission)
+    starts = {name: ends for name, form in forms if name not in numbers and (ends := _start(form))}
     with collected(faults):
         for values in zip(*starts.values(), strict=True):
             now = as_stated(mission, dict(zip(starts, values, strict=True)))
             mission = mission.replace(now)
-    known = _known(mission)
+    numbers = _known(mission)
     for name, form in forms:
-        if name in starts.keys() - known.keys():
+        if name in starts.keys() - numbers.keys():
             continue  # It has its fault
         with collected(faults):
-            spreads_found.append(_per_second(_spread(known, name, form), known[PER_SECOND]))
+            spreads_found.append(_per_second(_spread(numbers, name, form), numbers[PER_SECOND]))
             _refuse_ends(mission, spreads_found[-1])
     varied = Counter(key.name for spread in spreads_found for key in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
@@ -263,10 +265,10 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
 
 def _known(mission: Mission) -> dict[str, Key]:
     """The keys that may vary about a mission's own value."""
-    known = stated_keys(mission)
-    rate, allowed = known[PER_SECOND], numeric_keys()[PER_MINUTE]
+    keys = stated_keys(mission)
+    rate, allowed = keys[PER_SECOND], numeric_keys()[PER_MINUTE]
     minutes = replace(rate, name=PER_MINUTE, now=60.0 * rate.now, unit=allowed.unit)
-    return {**known, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
+    return {**keys, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
 
 
 def _per_second(spread: Spread, rate: Key) -> Spread:
@@ -297,13 +299,18 @@ def _start(form: object) -> tuple[float, float] | None:
 
 
 def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
-    """Keys with their values; inner tables give dotted names."""
+    """Keys with their values; inner tables, and those of devices in them, give dotted names."""
     for key, content in stated.items():
         name = key if isinstance(key, str) else shown(key)
-        if isinstance(content, dict) and "." not in name:
-            yield from ((f"{name}.{key}", values) for key, values in content.items())
-        else:
+        if not isinstance(content, dict) or "." in name:
             yield name, content
+            continue
+        for inner, values in content.items():
+            dotted_name = f"{name}.{inner}"
+            if name == "devices" and isinstance(values, dict) and not values.keys() <= PARTS:
+                yield from ((f"{dotted_name}.{field}", value) for field, value in values.items())
+            else:
+                yield dotted_name, values
 
 
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
@@ -347,4 +354,4 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     if name in known:
         return known[name]
     refuse(unknown_keys([name]))
-    raise InputError([Fault(name, "", "the mission does not state it: state low and high")])
+    raise InputError([Fault(name, "", "the mission does not set it: set low and high")])

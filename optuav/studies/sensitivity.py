@@ -168,31 +168,30 @@ def sensitivity(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     uncertainty
-        Distributions of keys: a TOML file with the tables and keys of a mission, each key as
-        ``{ low = 1, high = 2 }`` (uniform), ``{ low = 1, likely = 1.5, high = 2 }`` (triangular),
-        ``{ deviation = 0.1 }`` (normal about the mission's value, cut off at the allowed range) or
-        ``{ percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same
-        factor. Or the same as a dict. By default every number that is measured rather than chosen
-        is within 10 % of its value; gravity varies only where it is stated. Keys are independent of
-        each other. A key that the mission does not state needs low and high; its likely value, or
-        the middle, stands for the mission's own.
+        Distributions of keys: a TOML file with the tables and keys of a mission, each key as ``{
+        low = 1, high = 2 }`` (uniform), ``{ low = 1, likely = 1.5, high = 2 }`` (triangular), ``{
+        deviation = 0.1 }`` (normal about the mission's value, cut off at the allowed range) or ``{
+        percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same factor.
+        Or the same as a dict. By default every number that is measured rather than chosen is within
+        10 % of its value; gravity varies only if you list it. Keys are independent of each other. A
+        key that the mission does not set needs low and high; its likely value, or the middle, then
+        counts as the mission's own.
     perspective
         How to count charge, as for `optuav.solve` but for ``"wells"``.
     plan
-        The plan that is held fixed, also by the path of its file; by default the best one of the
-        mission.
+        The plan that stays fixed, or the path of its file; by default the mission's best plan.
     samples
-        Number of samples, 1 to 1e8. The first of them are the same for any number.
+        Number of samples, 1 to 1e8. The first samples are the same for any number.
     seed
         Seed of the samples, 0 to 2**63.
 
     Returns
     -------
     Sensitivity
-        One row a key, the largest effect first: the hover times [s] at the ends of its range (the
-        stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
-        percent of the key, as a mean over the range; and the local one at the value itself, from
-        steps of 0.01 and 0.02 % below it and above it, which differ at a kink (``local_less``,
+        One row per key, the largest effect first: the hover times [s] at the ends of its range (the
+        given one or 10 %), None without a plan; the elasticity, percent of hover time per percent
+        of the key, as a mean over the range; and the local elasticity at the value itself, from
+        steps of 0.01 and 0.02 % below and above it, which differ at a kink (``local_less``,
         ``local_more``; None if such a step leaves the possible values, ``at_end`` if that is the
         range of the key). ``hover_time_s`` is the longest hover of the mission itself (0 without a
         plan), and ``chances`` comes from the samples: quantiles of the longest hover, how often
@@ -344,7 +343,7 @@ def _range(now: float, low: float, high: float) -> str:
 
 
 def _chances(chances: Chances, plan_hover_s: float | None) -> Iterator[Block]:
-    how = "as stated" if chances.stated else "within 10 %, as nothing was stated"
+    how = "as specified" if chances.stated else "within 10 %, by default"
     count = f"{plural(len(chances.uncertain), 'key')} at once, {how}: {chances.samples} samples"
     yield Heading(f"{count}, seed {chances.seed}")
     quantiles = ", ".join(f"{percent(share)} {s:.1f}" for share, s in chances.quantiles_s.items())

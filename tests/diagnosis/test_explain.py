@@ -672,3 +672,26 @@ def test_what_binds_of_a_problem_of_ones_own_has_its_labels() -> None:
     assert "What binds   Wanted hover and charge bind." in words
     symbol = str(optuav.explain("paper", LeastRest(label="w"), perspective="battery"))
     assert "What binds   w and charge bind." in symbol
+
+
+def test_the_current_over_a_device_is_named_and_has_its_share_of_the_price() -> None:
+    """Charge and deadline bind: Δ = (σ + gτ)/(Ī + g), so that an ampere costs share·Δ/(Ī + g)."""
+    shares = {"market": 0.5, "harbour": 0.3, "school": 0.2}
+    mission = optuav.load("three-sensors").replace(
+        {f"devices.{name}.share": share for name, share in shares.items()}
+    )
+    explained = optuav.explain(mission)
+    prices = {price.device: price for price in explained.prices if "hover_current" in price.name}
+    rest = next(price for price in explained.prices if price.name == "rest_current_A")
+    each_A = explained.plan.hover_time_s / (prices[""].value + rest.value)
+    assert prices[""].more == pytest.approx(-each_A, rel=1e-6)
+    for name, share in shares.items():
+        price = prices[name]
+        assert (price.more, price.less) == pytest.approx((-share * each_A,) * 2, rel=1e-6)
+        assert price.gain == pytest.approx(price.more, rel=0.05)  # A whole ampere, solved again
+    text = str(explained)
+    assert "hover_current_A over market" in text
+    assert "current in hover over school costs" in " ".join(text.split())
+    assert "the draw up to the hover point of market" in " ".join(text.split())
+    assert "hover_current_A[" not in text
+    assert "landing_" not in text

@@ -565,7 +565,7 @@ def test_the_command(tmp_path: Path) -> None:
     assert "item 6" in found.out
     data = json.loads(run("audit", str(file), "--mission", "relay-today", "--json").out)
     assert data["items"][0]["what"] == "climb"
-    assert "state the drone that flies it by --mission" in refused("audit", str(file))
+    assert "name the drone that flies it by --mission" in refused("audit", str(file))
     assert "goes with a flight plan only" in refused("audit", "relay-today", "--mission", "paper")
     assert "there is no such file" in refused("audit", "no.plan", "--mission", "paper")
     dry = run("audit", str(file), "--mission", _small(tmp_path))

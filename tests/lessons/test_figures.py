@@ -46,7 +46,7 @@ def ran(
     with monkeypatch.context() as patch, warnings.catch_warnings():
         warnings.simplefilter("error")
         patch.setattr(sys, "stdout", console)
-        for frames in ("helpers.vessels.FRAMES", "optuav.plots.animation.FRAMES"):
+        for frames in ("optuav.exercises.helpers.vessels.FRAMES", "optuav.plots.animation.FRAMES"):
             patch.setattr(frames, 3)  # Not the many of the site
         exec(code, names)
     assert capsys.readouterr().err == ""

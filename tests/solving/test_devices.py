@@ -17,8 +17,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import optuav
+from optuav.engines import dispatch
 from optuav.errors import InputError
 from optuav.options import Perspective
+from optuav.solving import wanted_hover
+from optuav.solving.question import solve_model
 from optuav.status import Status
 from tests.kibam import Kibam
 from tests.solving.devices import Town, random_town
@@ -157,6 +160,56 @@ def test_a_wanted_hover_through_the_wells_as_another_engine_finds_it() -> None:
     plan, other = optuav.solve(THREE, wanted), optuav.solve(THREE, wanted, engine="casadi")
     assert plan.mission_time_s == pytest.approx(other.mission_time_s, abs=1e-4)
     assert plan.mission_time_s <= other.mission_time_s + 1e-9
+
+
+def charging_over_one(capacity_As: float) -> optuav.Mission:
+    """Two devices, of which the laser gives more than hovering takes over only one."""
+    listed = THREE.to_dict()
+    devices = [
+        {**device, "share": share}
+        for device, share in zip(listed["devices"][:2], (0.1, 0.9), strict=True)
+    ]
+    roofs = [listed["buildings"][k] for k in (0, 7, 8)]
+    strong = {"laser.power_W": 7430, "battery.charge_current_A": 130}
+    small = {"battery.capacity_As": capacity_As, "battery.available_fraction": 0.6}
+    return THREE.replace({"devices": devices, "buildings": roofs, **strong, **small})
+
+
+@pytest.mark.parametrize(
+    ("capacity_As", "hover_s", "most_asked"),
+    [(7000, 100, 4), (7000, 1296, 1), (8000, 1477, 1), (9000, 100, 0), (9000, 2000, 0)],
+)
+def test_a_wanted_hover_asks_an_engine_about_few_routes(
+    monkeypatch: pytest.MonkeyPatch, capacity_As: float, hover_s: float, most_asked: int
+) -> None:
+    """Its answer is that of CasADi on each of the 20 routes."""
+    mission, wanted = charging_over_one(capacity_As), optuav.P2(hover_time_s=hover_s)
+    by_route = optuav.solve(mission, wanted, engine="casadi")
+    asked = list[int]()
+
+    def counted(model: Any, programmes: int, *options: Any) -> Any:
+        asked.append(programmes)
+        return solve_model(model, programmes, *options)
+
+    monkeypatch.setattr(wanted_hover, "solve_model", counted)
+    plan = optuav.solve(mission, wanted)
+    assert sum(asked) <= most_asked
+    assert plan.reasons == by_route.reasons
+    if plan:
+        assert plan.route == by_route.route
+        assert plan.objective == pytest.approx(by_route.objective, abs=1e-6)
+
+
+def test_a_hover_that_fits_on_no_route_needs_no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That none fits is proved by the longest hovers, of the mission whose P2 took 15 s."""
+
+    def refused(*_: Any) -> Any:
+        raise AssertionError("an engine was asked")
+
+    monkeypatch.setattr(dispatch, "answered", refused)
+    plan = optuav.solve("three-sensors", optuav.P2(hover_time_s=2600))
+    assert plan.status is Status.INFEASIBLE
+    assert plan.reasons == ("2600 s of hover do not fit: the longest is 2512.60 s, by P1",)
 
 
 # Against an oracle that shares no code

@@ -23,6 +23,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
 from optuav.studies.compare_methods import MethodAnswer, MethodComparison
+from tests.several_devices import three
 
 SLOTS_S = (1.0, 60.0)
 in_battery = partial(optuav.compare, perspective="battery")
@@ -462,3 +463,17 @@ def test_progress_counts_every_problem() -> None:
     assert calls == [(0, 2, "P1"), (1, 2, "P3")]
     assert [row["problem"] for row in found.rows] == ["P3", "P3", "P1", "P1"]
     assert [*found.reasons] == ["P3", "P1"]
+
+
+def test_slots_of_several_devices_are_long_by_default_and_named() -> None:
+    """Short slots on many routes took minutes; the text says which lengths were taken."""
+    devices = three().to_dict()["devices"][:2]
+    roofs = three().to_dict()["buildings"][:1]
+    compared = optuav.compare(
+        three().replace({"devices": devices, "buildings": roofs}), engines="grid"
+    )
+    assert {row["slot_s"] for row in compared.rows} == {None, 10.0, 60.0}
+    words = "With several devices, slots of 10 and 60 s are compared by default."
+    assert words in " ".join(str(compared).split())
+    one = optuav.compare(two_buildings(), engines="grid", slots_s=[10, 60])
+    assert "several devices" not in str(one)

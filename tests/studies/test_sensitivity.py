@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -547,7 +548,7 @@ def test_the_mean_says_that_a_sample_without_a_plan_counts_as_none() -> None:
     assert 20 < len(flown) < 200
     words = f"mean {times_s.mean():.1f} s with 0 s for no plan, {flown.mean():.1f} s where there"
     assert words in " ".join(str(found).split())
-    assert "1 key at once, as stated: 200 samples" in str(found)
+    assert "1 key at once, as specified: 200 samples" in str(found)
 
 
 def test_a_plan_without_an_answer_is_refused() -> None:
@@ -573,7 +574,7 @@ def test_a_key_that_the_mission_does_not_state_needs_a_range() -> None:
     assert {r["now"] for r in again.rows if r["key"] == "laser.visibility_km"} == {12.0}
     assert optuav.samples("paper", haze, 4)["laser.visibility_km"].shape == (4,)
     for form in ({"percent": 5}, {"deviation": 1.0}):
-        with pytest.raises(optuav.InputError, match="does not state it: state low and high"):
+        with pytest.raises(optuav.InputError, match="does not set it: set low and high"):
             optuav.sensitivity("paper", {"laser.visibility_km": form}, samples=8)
     with pytest.raises(optuav.InputError, match="only with flight"):
         optuav.sensitivity("paper", {"flight.tip_speed_m_s": {"low": 1, "high": 2}}, samples=8)
@@ -588,3 +589,18 @@ def test_a_place_of_one_of_several_devices_is_a_key() -> None:
         moved = three().replace({"devices.west.position_m": [x, 2600, 0]})
         assert hover_s == pytest.approx(optuav.solve(moved).hover_time_s)
     assert {"devices.north.position_m[1]", "devices.east.position_m[0]"} <= rows.keys()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[devices.west]\n"position_m[0]" = { low = 300, high = 500 }\n',
+        '[devices]\nwest = { "position_m[0]" = { low = 300, high = 500 } }\n',
+        '[devices.west."position_m[0]"]\nlow = 300\nhigh = 500\n',
+    ],
+)
+def test_a_table_of_a_device_is_its_dotted_keys(tmp_path: Path, text: str) -> None:
+    """So it is for the tables of a mission."""
+    (tmp_path / "uncertainty.toml").write_text(text, "utf-8")
+    of_table = spreads(three(), tmp_path / "uncertainty.toml")
+    assert of_table == spreads(three(), {"devices.west.position_m[0]": {"low": 300, "high": 500}})

@@ -15,7 +15,7 @@ from optuav.mission.files import refusal
 
 STEADY_m_s = 0.5  # largest standard deviation of a speed that is steady
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
-NO_VOLTAGE = "has no voltage: without it currents give no power"
+NO_VOLTAGE = "has no voltage, which is needed to turn currents into powers"
 
 
 def steady(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
@@ -28,8 +28,8 @@ def steady(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
         for run in runs(log.phase == phase):
             count = int((time_s[run[-1]] - time_s[run[0]]) // LASTING_S)
             for part in np.array_split(run, count) if count else ():
-                known = np.isfinite(speed_m_s[part] * voltage_V[part])
-                if known.sum() < 2 or np.std(speed_m_s[part]) > STEADY_m_s:
+                measured = np.isfinite(speed_m_s[part] * voltage_V[part])
+                if measured.sum() < 2 or np.std(speed_m_s[part]) > STEADY_m_s:
                     continue
                 used[part] = True
                 speeds.append(float(np.mean(speed_m_s[part])) if phase == FLIGHT else 0.0)

@@ -69,7 +69,8 @@ def read(path: Path) -> Readings:
     for of in sorted(log.data_list, key=lambda data: data.multi_id):
         messages[of.name].append({"t": of.data["timestamp"] / 1e6, **of.data})
     if not messages["battery_status"]:
-        raise refusal(path, "has no battery_status: PX4 logged no battery")
+        words = "has no battery_status: PX4 logged no battery"
+        raise refusal(path, "; ".join([words, *warnings]))
     packs = [
         Pack(of["t"], _column(of, "current_a"), _column(of, "voltage_v"), _column(of, "remaining"))
         for of in messages["battery_status"]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from helpers.movies import Movie, movie
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Polygon, Rectangle
 from PIL import Image
 
 import optuav
+from optuav.exercises.helpers.movies import Movie, movie
 from optuav.looks import LOOKS
 from optuav.physics.kibam import Battery, Stage, Wells, step
 
@@ -81,7 +82,7 @@ def moving(battery: Battery, load: Sequence[tuple[float, float]]) -> Movie:
             figure = optuav.plots.style.page(2.6, 4.2)
             figure.set_dpi(120)
             draw(figure.subplots(), battery, wells, drawn_A, f"after {moment_s / 60.0:.1f} min")
-            canvas = FigureCanvasAgg(figure)
+            canvas: Any = FigureCanvasAgg(figure)  # Without types
             canvas.draw()
         images.append(Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB"))
     images += [images[-1]] * HELD
