@@ -348,13 +348,13 @@ OVER_DEVICES = ITINERARY._replace(example="[('market', 'hover', 600.0), ('b3', '
 @explain("35.1", OVER_DEVICES, "three-sensors")
 def _between(task: Task, plan: Itinerary) -> Conditions:
     """The drone of `three-sensors` has {limits.deadline_s = 3300, 3320 .. 4200} s. A rest between
-    two hovers lengthens the longest hover by minutes, and one before the first hover by nothing.
+    two hovers lengthens the longest hover by minutes, and one before the first hover by seconds.
     Why? The witness is an itinerary that rests once, between two hovers, can be flown, and hovers
     at least 99 % of the longest time, a third of it over each device. The hover points have the
     names of the devices.
 
-    + At take-off the full battery takes no charge, and later the hovers have made room for it.
-    - The laser charges more on a roof that lies between two hover points than on others.
+    + Soon after take-off the full battery takes little charge; later the hovers have made room.
+    - The laser charges far faster on a roof that lies between two hover points than on others.
       compare the currents of the rests of two plans, one before the first hover and one between
     - The way with a rest between two hovers takes less time and charge than the direct way.
       compare the flight times of both plans

@@ -879,8 +879,8 @@ def test_the_stops_of_a_plan_are_an_itinerary() -> None:
 def test_a_rest_that_is_not_between_two_hovers_explains_nothing() -> None:
     """Neither is a hover too short, nor the right witness with a wrong letter."""
     letter, best = worked("35.1", "ada")
-    market, harbour, rest, school = best.stops
-    late = optuav.Itinerary(best.mission, (market, harbour, school, rest))
+    school, market, rest, quay = best.stops
+    late = optuav.Itinerary(best.mission, (school, market, quay, rest))
     grade = exercises.check("35.1", (letter, late), "ada")
     assert (bool(grade), grade.words) == (False, "it has no rest between two hovers")
     short = [replace(stop, duration_s=0.9 * stop.duration_s) for stop in best.stops]

