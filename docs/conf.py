@@ -35,7 +35,7 @@ ROOT = DOCS.parent
 COPIES = {
     **{
         path: DOCS / "lessons" / path.relative_to(ROOT / "examples")
-        for pattern in ("*.py", "data/*.*", "helpers/*.py")
+        for pattern in ("*.py", "data/*.*")
         for path in (ROOT / "examples").glob(pattern)
     },
     ROOT / "CHANGELOG.md": DOCS / "project" / "changelog.md",
@@ -110,7 +110,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_*", "*.py", "lessons/data", "lessons/helpers"]
+exclude_patterns = ["_*", "*.py", "lessons/data"]
 templates_path = ["_templates"]
 highlight_language = "none"
 smartquotes_action = "qe"  # Two hyphens stay, as in --set
@@ -293,7 +293,10 @@ def purpose(called: str, page: str) -> str:
     if drawn:
         return drawn.__doc__.partition("\n")[0].removeprefix("Draw ")
     known = dict[str, str]()
-    for path in (DOCS / f"{page}.py", *sorted((DOCS / "lessons" / "helpers").glob("*.py"))):
+    for path in (
+        DOCS / f"{page}.py",
+        *sorted((ROOT / "optuav" / "exercises" / "helpers").glob("*.py")),
+    ):
         for own, words in HELPER.findall(path.read_text("utf-8")):
             known |= {f"{path.stem}.{own}": words, own: words}
     return known.get(called, known.get(name, "")).removeprefix("Draw ")

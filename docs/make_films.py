@@ -25,7 +25,7 @@ FALL_S = 90.0
 """How long the fall takes in the film [s of the mission]."""
 STEPS = 4
 """Parts of a phase and of the fall, within which everything moves evenly."""
-LEFT, RIGHT, GROUND, PX_PER_M = 20.0, 340.0, 214.0, 1.5
+LEFT, RIGHT, GROUND, PX_PER_M = 20.0, 335.0, 214.0, 1.5
 """Frame of the scene [px], and its scale upwards."""
 LASER = 110.0
 """Where the laser stands across the scene, which has one direction less than the world [px]."""
@@ -118,7 +118,7 @@ STYLE = """
 .film .middle {{text-anchor: middle}}
 .film .end {{text-anchor: end}}
 .film text.word {{fill: var(--ink); font-size: 13px; font-weight: 600}}
-.falls :is(h2 span, .wreck) {{color: var(--dry)}}
+.falls h2 span {{color: var(--dry)}}
 .falls :is(.verdict, .word.late) {{fill: var(--dry)}}
 .lands h2 span {{color: var(--flies)}}
 .lands .verdict {{fill: var(--flies)}}
@@ -258,7 +258,11 @@ def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
             signs.text(LEFT, REASON_TOP + REASON_STEP * number, words, "late")
             for number, words in enumerate(_reason(replayed, dry_s))
         ]
-        courses["drone"] += [(dry_s + FALL_S * part, where) for part, where in steps]
+        flown = courses["drone"]
+        for end in (0, -1):  # Until it falls, it has the colour of a drone that flies
+            moment_s, where = flown[end]
+            flown[end] = moment_s, f"{where}; color: var(--ink)"
+        courses["drone"] = [*flown, *((dry_s + FALL_S * part, where) for part, where in steps)]
         still["drone"] = courses["drone"][-1][1]
         scene += marks
         bars.append(

@@ -22,7 +22,6 @@ import optuav
 from optuav import Itinerary, exercises
 from optuav.modelling import Model
 
-sys.path.append(str(SOURCES))  # For the helpers of lessons
 HEADING = "# %% [markdown]\n# ## Exercises\n"
 STUDENT = re.compile(r'^student = ""$', re.MULTILINE)
 

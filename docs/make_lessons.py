@@ -155,14 +155,14 @@ def student_files() -> dict[Path, bytes]:
         ).encode()
         for path in sorted(SOURCES.glob("*.py"))
     }
-    return files | {STUDENT / path.relative_to(SOURCES): path.read_bytes() for path in beside()}
+    return files | {STUDENT / path.relative_to(SOURCES): path.read_bytes() for path in data_files()}
 
 
-def beside(text: str = '"data" helpers') -> list[Path]:
-    """The files that a lesson of this text reads or imports; all of them by default."""
-    data = (file for file in (SOURCES / "data").iterdir() if file.suffix in (".csv", ".toml"))
-    some = [*data] if '"data"' in text else []
-    return sorted([*some, *((SOURCES / "helpers").glob("*.py") if "helpers" in text else [])])
+def data_files(text: str = '"data"') -> list[Path]:
+    """The data that a lesson of this text reads; all of it by default."""
+    if '"data"' not in text:
+        return []
+    return sorted(file for file in (SOURCES / "data").iterdir() if file.suffix in (".csv", ".toml"))
 
 
 def other_files() -> dict[Path, bytes]:
@@ -170,7 +170,7 @@ def other_files() -> dict[Path, bytes]:
     files = {BUILD / "nbgrader" / "nbgrader_config.py": NBGRADER.encode()}
     for path in sorted(SOURCES.glob("*.py")):
         content, name = cells(path.read_text("utf-8")), path.stem
-        read = beside(path.read_text("utf-8"))
+        read = data_files(path.read_text("utf-8"))
         course, assignment = BUILD / "otter", BUILD / "nbgrader" / "source" / name
         names = [file.relative_to(SOURCES).as_posix() for file in read]
         cells_for_otter = for_otter(content, names)

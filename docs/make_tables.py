@@ -147,7 +147,7 @@ def times(engine: Engine, models: Sequence[Traits] = ()) -> str:
 PURPOSES = {
     "closed-form": (
         "everyday answers, over thousands of routes",
-        "exact, over all of them at once, with the constraints that bind",
+        "exact, for all routes at once, with the binding constraints",
     ),
     "cvxpy": (
         "a second opinion, binary choices, slots, a solver of your choice",
@@ -158,8 +158,8 @@ PURPOSES = {
         "a local optimum, the best of several starts",
     ),
     "grid": (
-        "the paper's Algorithm 1, and checking the others",
-        "exhaustive over whole slots: the verifying reference",
+        "the paper's Algorithm 1, and checks of the other engines",
+        "exhaustive over whole slots: the reference for the others",
     ),
     "bracket": (
         "plans that can be flown: the available well never runs dry",
@@ -319,7 +319,7 @@ def demonstrations() -> Iterator[Row]:
     verdict = f"missed: {formula / printed:.1f} times as much"
     yield ("the same", "14.7 %", "divergence", f"{100 * formula:.1f} %", verdict)
     low, high = ends(325.0)
-    darpa = "DARPA POWER 2025: at short range, taken as 325 m"
+    darpa = "DARPA POWER 2025: at short range, assumed to be 325 m"
     verdict = "within" if high >= 0.2 else "missed"
     yield (darpa, "above 20 %", "gaussian", f"{100 * low:.1f} to {100 * high:.1f} %", verdict)
     formula = literature(325.0).dc_W / 600.0
@@ -331,7 +331,7 @@ def demonstrations() -> Iterator[Row]:
     yield (far, "800 W", "gaussian", needed, "open: nothing to compare with")
     reach = literature(0.0).reach_m(168.5)
     chen = ("Chen and Jiang 2026: 168.5 W of 600 W", "in a cell of 1 km", "divergence")
-    verdict = "within" if reach >= 1000.0 else "missed: not up to the rim"
+    verdict = "within" if reach >= 1000.0 else "missed: does not reach the rim"
     yield (*chen, f"to {reach:.0f} m", verdict)
     reach = literature(0.0, 500.0).reach_m(100.0)
     covered = 1.0 - math.exp(-6e-7 * math.pi * reach**2)

@@ -19,9 +19,9 @@ from itertools import cycle
 
 import numpy as np
 import pandas as pd
-from helpers.vessels import moving, vessels
 
 import optuav
+from optuav.exercises.helpers.vessels import moving, vessels
 from optuav.physics.kibam import Battery, Stage, step, time_to_empty
 
 MINUTE_S = 60.0

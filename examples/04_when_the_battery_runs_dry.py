@@ -15,9 +15,9 @@
 
 # %%
 import pandas as pd
-from helpers import movies
 
 import optuav
+from optuav.exercises.helpers import movies
 from optuav.judge import Stop
 
 mission = optuav.load("paper")

@@ -22,10 +22,10 @@ import time
 
 import numpy as np
 import pandas as pd
-from helpers import tree
-from helpers.charts import logarithmic
 
 import optuav
+from optuav.exercises.helpers import tree
+from optuav.exercises.helpers.charts import logarithmic
 
 Line = optuav.plots.Line
 mission = optuav.load("paper")
@@ -183,7 +183,7 @@ tree.draw(minutes)
 
 # %% [markdown]
 # Seven nodes prove what the grid needs 153 cells for: no plan of whole minutes hovers longer than
-# 660 s. The helper `helpers/tree.py` has the algorithm in some forty lines.
+# 660 s. The helper `optuav.exercises.helpers.tree` has the algorithm in some forty lines.
 #
 # A plan of 11 minutes is found in step 2. The last step only proves that it is the best.
 

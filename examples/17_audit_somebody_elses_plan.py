@@ -20,10 +20,10 @@ import tomllib
 
 import numpy as np
 import pandas as pd
-from helpers import movies
 from scipy.linalg import expm
 
 import optuav
+from optuav.exercises.helpers import movies
 
 theirs = """
 schema = 1

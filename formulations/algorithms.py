@@ -7,7 +7,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 
-TOLERANCE = 1e-9
+SLOT_TOLERANCE = 1e-9
 """State of charge [-] and slots [-] by which rounding may miss a limit that is met exactly."""
 
 
@@ -22,12 +22,12 @@ def algorithm1(
     A cell is 0 where the pair is not feasible: the state of charge at the end, a function of Δ and
     T' [s], is below η0, or both exceed the time left, T_max − T_fl [s]. The paper's slot is 1 s.
     """
-    slots = max(0, int(np.floor(time_left_s / slot_s * (1.0 + TOLERANCE))))
+    slots = max(0, int(np.floor(time_left_s / slot_s * (1.0 + SLOT_TOLERANCE))))
     hover_table = np.zeros((slots, slots))
     rest_table = np.zeros((slots, slots))
     for rest in range(1, slots + 1):
         for hover in range(1, slots - rest + 1):
-            if soc_end(hover * slot_s, rest * slot_s) >= min_soc - TOLERANCE:
+            if soc_end(hover * slot_s, rest * slot_s) >= min_soc - SLOT_TOLERANCE:
                 hover_table[rest - 1, hover - 1] = hover * slot_s
                 rest_table[rest - 1, hover - 1] = rest * slot_s
     return hover_table, rest_table

@@ -12,9 +12,10 @@ from optuav.options import Order
 class Cycle(Formulation):
     """Cycle: longest hover between rests on one building that can be repeated without end.
 
-    The mission begins and ends on the building's roof, as that of ``optuav.coverage(…).plan`` does.
-    Its ``start`` is ignored: the initial charge is an unknown that the cycle restores. In `battery`
-    that is only the state of charge, in `available` the charge of both wells.
+    The mission must begin and end on the building's roof, like the mission of
+    ``optuav.coverage(…).plan``. Its ``start`` is ignored: the initial charge is an unknown that the
+    cycle restores. In `battery` that is only the state of charge, in `available` the charge of both
+    wells.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ class Cycle(Formulation):
     order: Order = field(default="hover-first", init=False, repr=False)
 
     def declare(self, model: Model, given: Given) -> None:
-        """State that charge comes back, and that every landing keeps η0; no deadline."""
+        """Declare that the cycle restores the charge and that every landing keeps η0."""
         hover = model.variable("hover_time_s", "Δ", unit="s")
         rest = model.variable("rest_time_s", "T'", unit="s")
         model.maximise(hover)

@@ -34,7 +34,7 @@ from optuav.modelling.expression import Indexed, Operand, PartedLabel
 from optuav.options import Perspective
 
 ORIGIN, DESTINATION = "origin", "destination"
-UNITS = {"time_s": "s", "charge_As": "A s", "energy_J": "J"}
+FIGURE_UNITS = {"time_s": "s", "charge_As": "A s", "energy_J": "J"}
 """Units of the figures of an edge."""
 
 
@@ -157,13 +157,14 @@ class _Ways:
     def flown(self, name: str, symbol: str, figure: str, sign: str) -> Let:
         """The sum of a figure over the edges that are flown."""
         terms = [self.figure(figure, sign, k) * x for k, x in enumerate(self.flies, start=1)]
-        return _named(name, symbol, UNITS[figure], total(terms), f"Σ {sign}_j·x_j")
+        return _named(name, symbol, FIGURE_UNITS[figure], total(terms), f"Σ {sign}_j·x_j")
 
     def figure(self, figure: str, sign: str, k: int) -> Parameter:
         """A figure of an edge by its number."""
         if (figure, k) not in self._figures:
             name, value = f"edge_{figure}[{k}]", getattr(self.edges[k - 1], figure)
-            self._figures[figure, k] = Parameter(name, Indexed(sign, k), UNITS[figure], value)
+            unit = FIGURE_UNITS[figure]
+            self._figures[figure, k] = Parameter(name, Indexed(sign, k), unit, value)
         return self._figures[figure, k]
 
     def of_edge(

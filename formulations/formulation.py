@@ -43,10 +43,12 @@ class Given(Quantities):
         if name.startswith("_"):
             raise AttributeError(name)
         if isinstance(key := (others := self._symbols()).get(name), str):
-            raise AttributeError(f"given has no {name!r}: the mission does not state {key}")
+            raise AttributeError(f"given has no {name!r}: the mission does not set {key}")
         if name not in others:
-            own = [name for name in dir(type(self)) if not name.startswith("_")]
-            hint = nearest(name, [*others, *own, *(quantity.name for quantity in QUANTITIES)])
+            options_of = [name for name in dir(type(self)) if not name.startswith("_")]
+            hint = nearest(
+                name, [*others, *options_of, *(quantity.name for quantity in QUANTITIES)]
+            )
             if name == "hover_position_m" and self.covered:
                 hint = ": which of the several devices? Each hovers at a place of its own."
             if name.startswith("rest_") and not self.rests:
@@ -56,8 +58,8 @@ class Given(Quantities):
         return others[name]
 
     def __dir__(self) -> list[str]:
-        stated = (name for name, symbol in self._symbols().items() if not isinstance(symbol, str))
-        return [*super().__dir__(), *stated]
+        names = (name for name, symbol in self._symbols().items() if not isinstance(symbol, str))
+        return [*super().__dir__(), *names]
 
     def _symbols(self) -> Mapping[str, Any]:
         """The mission's other numbers as parameters, of a vector three; made once.
@@ -198,9 +200,9 @@ class Formulation(ABC):
 
     def __repr__(self) -> str:
         """The class with its fields, without those that are rare where they are not stated."""
-        shown = (each.name for each in fields(self) if each.repr)
-        stated = ((name, getattr(self, name)) for name in shown)
-        options = [f"{k}={v!r}" for k, v in stated if k not in RARE or v is not None]
+        shown = (field.name for field in fields(self) if field.repr)
+        settings = ((name, getattr(self, name)) for name in shown)
+        options = [f"{k}={v!r}" for k, v in settings if k not in RARE or v is not None]
         return f"{type(self).__qualname__}({', '.join(options)})"
 
     @property
@@ -210,7 +212,7 @@ class Formulation(ABC):
 
     @abstractmethod
     def declare(self, model: Model, given: Given) -> None:
-        """State unknowns, objective and constraints on the model."""
+        """Declare unknowns, objective and constraints on the model."""
 
     def model(self, quantities: Quantities, perspective: Perspective) -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
@@ -221,18 +223,18 @@ class Formulation(ABC):
         return model.with_values(values) if values else model
 
     def declared(self, quantities: Quantities, perspective: Perspective) -> tuple[Model, Values]:
-        """The declared model, and the values of its parameters where they are not its own.
+        """Return the declared model, and values of its parameters if it holds none itself.
 
-        A problem of the package is declared once for all itineraries of a kind, over NaN. The
-        title is the first line of the class's docstring. Stays that nothing else decides are to be
-        as short as possible, last of all, so that answers of routes can be compared.
+        A problem of the package is declared once for all itineraries of a kind, over NaN. The title
+        is the first line of the class's docstring. If nothing else decides the length of a stay, it
+        is as short as possible, so that answers of routes can be compared.
 
         Raises
         ------
         InputError
             If no unknown or no objective is declared, the perspective is `available` and
-            `given.keep_wells` is not called, or a problem of a user keeps the reserve at the end
-            alone where the mission says ``limits.keep_soc = "always"``.
+            `given.keep_wells` is not called, or a user's problem keeps the reserve only at the end
+            although the mission sets ``limits.keep_soc = "always"``.
         """
         if type(self).__module__.partition(".")[0] != __package__:
             # A problem of a user may look at numbers, so that it is declared each time.
@@ -240,7 +242,7 @@ class Formulation(ABC):
             _must_keep_landings(self, model, len(quantities.landings))
             return model, {}
         values = {quantity.name: getattr(quantities, quantity.name) for quantity in QUANTITIES}
-        stated = tuple(name for name, value in values.items() if value is not None)
+        names = tuple(name for name, value in values.items() if value is not None)
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
         for n, step in enumerate(quantities.steps, start=1):
             if not isinstance(step, str):
@@ -258,7 +260,7 @@ class Formulation(ABC):
         hovers = tuple(hover._replace(current_A=NAN, received_W=NAN) for hover in quantities.hovers)
         covered = tuple(Covered(point.device, NAN, NAN) for point in quantities.covered)
         devices = hovers, covered
-        kind = perspective, quantities.tapers, quantities.rests, stated, steps, landings, devices
+        kind = perspective, quantities.tapers, quantities.rests, names, steps, landings, devices
         pattern = _pattern(self, *kind)
         if quantities.tapers:
             # Which of its terms cancel is known of numbers alone.
@@ -358,12 +360,12 @@ def _declared(formulation: Formulation, given: Given) -> Model:
 
 def _must_keep_landings(formulation: Formulation, model: Model, count: int) -> None:
     """Refuse a model that keeps the reserve at the end, and not at as many landings as well."""
-    known = (leaves(*constraint.relation.sides) for constraint in model.constraints)
-    kept = sum(any(getattr(leaf, "key", "") == RESERVE for leaf in of_one) for of_one in known)
+    leaves_of = (leaves(*constraint.relation.sides) for constraint in model.constraints)
+    kept = sum(any(getattr(leaf, "key", "") == RESERVE for leaf in of_one) for of_one in leaves_of)
     if 0 < kept <= count:
         call = "call given.keep_charge(model, label, hover, rest) in declare"
         words = f"{formulation.name} keeps the reserve at the end only, not at landings: {call}"
-        raise InputError(f"{words}, or state limits.keep_soc = 'end'")
+        raise InputError(f"{words}, or set limits.keep_soc = 'end'")
 
 
 def _decided(goal: Operand) -> Iterable[str]:

@@ -127,9 +127,9 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
             else float(np.squeeze(value))
             for given in (route.given for route in routes)
         ]
-        stated = [value for value in values if value is not None]
-        shared = Parameter(quantity.name, value=stated[0], **quantity.metadata) if stated else None
-        alike = np.array_equal(stated, stated[:1] * len(stated), equal_nan=True)
+        noted = [value for value in values if value is not None]
+        shared = Parameter(quantity.name, value=noted[0], **quantity.metadata) if noted else None
+        alike = np.array_equal(noted, noted[:1] * len(noted), equal_nan=True)
         for number, (symbols, value) in enumerate(zip(found, values, strict=True), start=1):
             symbols[quantity.name] = shared
             if shared is not None and not alike:
@@ -139,10 +139,10 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
                 )
     for number, (symbols, route) in enumerate(zip(found, routes, strict=True), start=1):
         rests = route.given.rests
-        own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
+        of_route = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
         suffix, whole = f"[{number}]", route.given
         yield Given(
-            **own,
+            **of_route,
             rests=rests,
             landings=named_landings(whole.landings, suffix),
             hovers=tuple(named_hovers(whole.hovers, suffix)),
@@ -178,9 +178,9 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
     for option in options:
         number, route, _, choice = option
         times: list[Operand] = [0.0, 0.0]
-        for k, each in enumerate(shared[: 1 + route.given.rests]):
-            symbol = Indexed(each.symbol, number)
-            times[k] = model.variable(f"{each.name}[{number}]", symbol, unit="s")
+        for k, variable in enumerate(shared[: 1 + route.given.rests]):
+            symbol = Indexed(variable.symbol, number)
+            times[k] = model.variable(f"{variable.name}[{number}]", symbol, unit="s")
             own[k].append(times[k])
         for row in _rows(option):
             left, constant = row.left(*times), row.left(0.0, 0.0)
@@ -189,8 +189,8 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
             relation = Relation(left, row.sense, row.right * choice)
             label = PartedLabel(f"{row.name},", route.name)
             model.subject_to(label, relation, unit=row.unit, kind=row.kind)
-    for each, parts in zip(shared, own, strict=True):
-        model.subject_to(f"{each.symbol} of the route", each == total(parts), unit="s")
+    for variable, parts in zip(shared, own, strict=True):
+        model.subject_to(f"{variable.symbol} of the route", variable == total(parts), unit="s")
 
 
 def _big_m(model: Model, options: Sequence[_Option]) -> None:

@@ -19,18 +19,19 @@ class P1(Formulation):
         ``"traj1"`` (via the building nearest to the device) or ``"traj2"`` (the shortest in time
         via one building); the latter two pass by the building or rest there.
     order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two. With several devices
-        these rest before or after all hovers; there is ``"between"`` too, and None takes the best.
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two. With several
+        devices, these rest before or after all hovers, ``"between"`` rests between two of them, and
+        None means the best order.
     device_order
         Names of several devices in the order of the hovers, or None for the best one. With several
         devices the trajectory is ``"optimal"`` or ``"direct"``, and the options below have their
         defaults.
     hover_point
-        ``"w_U"``: hover at ``route.hover_m`` of the mission, or where that is not stated at w_U of
-        the paper; ``"free"``: at the best point within reach of the device.
+        ``"w_U"``: hover at ``route.hover_m`` of the mission, or at the paper's w_U if the mission
+        does not set it; ``"free"``: at the best point within reach of the device.
     speed
-        ``"mission"``: legs fly as the mission states it; ``"free"``: each leg at the ground speed
-        that is best, for flight models that have one.
+        ``"mission"``: legs fly at the mission's speed; ``"free"``: each leg at its best ground
+        speed, for flight models that have speeds to choose from.
     stops, hovers
         Largest number of rests, 0 to 10, and of pieces of the hover, 1 to 10, in any order over all
         places. More than one of either needs the trajectory ``"optimal"``.
@@ -52,7 +53,7 @@ class P1(Formulation):
     hovers: int = 1
 
     def declare(self, model: Model, given: Given) -> None:
-        """State (P1), P1.a to P1.e; of equal plans the one with the shortest rest."""
+        """Declare (P1), P1.a to P1.e; among equal plans, prefer the shortest rest."""
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
         state_limits(model, given, "P1", hover, rest)

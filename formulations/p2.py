@@ -15,11 +15,11 @@ class P2(Formulation):
     Parameters
     ----------
     tight
-        Whether Δ = T_max − T_fl − T', as the paper's derivation assumes. As printed (False)
-        Δ is not in the objective: any feasible Δ is optimal, and the shortest mission is taken.
+        Whether Δ = T_max − T_fl − T', as the paper's derivation assumes. As printed (False), Δ is
+        not in the objective: any feasible Δ is optimal, and optuav chooses the shortest mission.
     hover_time_s
-        Least hover time Δ, 0 to 1e7 [s], or None. With it (P2) asks for the shortest flight and
-        rest that hover so long; not with ``tight``.
+        Least hover time Δ, 0 to 1e7 [s], or None. With it, (P2) finds the shortest flight and rest
+        of a plan that hovers for this time; not with ``tight``.
     trajectory, order
         Routes to choose from: ``"optimal"``, ``"direct"``, ``"traj1"`` or ``"traj2"``; and
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two. `P1` explains them.
@@ -49,7 +49,7 @@ class P2(Formulation):
         return "P2-tight" if self.tight else "P2"
 
     def declare(self, model: Model, given: Given) -> None:
-        """State (P2), P2.a to P2.e; of equal plans the one with the shortest mission."""
+        """Declare (P2), P2.a to P2.e; among equal plans, prefer the shortest mission."""
         hover, rest = given.hover_and_rest(model)
         model.minimise(given.flight_time_s + rest, unit="s")
         model.prefer_small(hover)

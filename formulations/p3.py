@@ -32,7 +32,7 @@ class P3(Formulation):
     device_order: tuple[str, ...] | None = None
 
     def declare(self, model: Model, given: Given) -> None:
-        """State (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""
+        """Declare (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""
         hover = model.variable("hover_time_s", "Δ", unit="s")
         given.keep_deadline(model, "P3.b hover time", hover)
         model.maximise(hover)

@@ -36,7 +36,7 @@ class P4(Formulation):
     device_order: tuple[str, ...] | None = field(default=None, kw_only=True)
 
     def declare(self, model: Model, given: Given) -> None:
-        """State (P4): P4.a state of charge, P4.b deadline; of equal plans the shortest rest."""
+        """Declare (P4): P4.a state of charge, P4.b deadline; prefer the shortest rest."""
         hover = model.variable("hover_time_s", "Δ", unit="s", first_slot=1)
         rest = model.variable("rest_time_s", "T'", unit="s", first_slot=1)
         model.maximise(hover)

@@ -151,7 +151,7 @@ def wells_after_steps(given: Quantities, hover: Operand, rest: Operand) -> Seque
         if h is hover and r is rest:
             return known
     whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-    charge, found = start_charge(whole, given), list[Wells]()
+    charge, levels = start_charge(whole, given), list[Wells]()
     hovers = [Stage(-given.hover_current_A, hover)]
     if given.hovers:
         hovers = [Stage(-flow.current_A, part(flow.share, hover)) for flow in given.hovers]
@@ -170,11 +170,11 @@ def wells_after_steps(given: Quantities, hover: Operand, rest: Operand) -> Seque
             charge = Tilted(_named("charge", "y", total, n, words), tilt)
             available, bound = charge.wells(whole)
         available = _named("available", "y1", available, n, words)
-        found.append(Wells(available, _named("bound", "y2", bound, n, words)))
+        levels.append(Wells(available, _named("bound", "y2", bound, n, words)))
         if tapers:
-            charge = Tilted.of(whole, found[-1])
-    given.known_levels.append((hover, rest, found))
-    return found
+            charge = Tilted.of(whole, levels[-1])
+    given.known_levels.append((hover, rest, levels))
+    return levels
 
 
 def _named(what: str, symbol: str, tree: Operand, step: int, words: str) -> Operand:

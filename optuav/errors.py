@@ -29,7 +29,7 @@ EXTRAS = {
 }
 """The extra of ``pyproject.toml`` by package, where it has another name."""
 ALLOWED = re.compile(
-    r"(an?|one|two|three|four|some|none|as|either|stated|left out|never|at (least|most)|up to|true|"
+    r"(an?|one|two|three|four|some|none|as|either|set|left out|never|at (least|most)|up to|true|"
     r"the (name|path|same|address|form|step)|arrays|axes|columns|longitudes?|numbers|pairs|plans|"
     r"points|pooled|prices|products|stages|tables|values|layouts|of|in|least x|x, y)(?!\w)|"
     r"[A-Z]+[,=.]|[\"'[(|]"
@@ -171,7 +171,7 @@ class Fault:
     allowed
         Allowed values in words, or a sentence on what is wrong.
     source
-        File, option or argument that stated the value.
+        File, option or argument that contains the value.
 
     Examples
     --------

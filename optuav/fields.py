@@ -21,6 +21,7 @@ from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Strict
 
 from optuav.errors import Fault, InputError
+from optuav.presentation.numbers import short
 
 MOST_ITEMS = 100_000  # Most items that a list may have, such as buildings
 LARGEST = 1e100  # Largest number in a graph or a plan, so that sums and products stay finite
@@ -87,14 +88,6 @@ class Range(GroupedMetadata):
         before = [f"{short(bound)} {sign} " for bound, sign in low if bound is not None]
         after = [f" {sign} {short(bound)}" for bound, sign in high if bound is not None]
         return f"{noun}, {''.join(before)}x{''.join(after)} [{self.unit}]{self.note}"
-
-
-def short(number: float) -> str:
-    """A bound as a person writes it: ``1e6``, not ``1e+06``, and ``2**63``."""
-    if isinstance(number, int) and float(f"{number:g}") != number:  # Whole, to the last digit
-        return f"2**{number.bit_length() - 1}" if number.bit_count() == 1 else str(number)
-    mantissa, _, exponent = f"{number:g}".partition("e")
-    return f"{mantissa}e{int(exponent)}" if exponent else mantissa
 
 
 def _listed(value: object) -> object:

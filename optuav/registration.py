@@ -64,10 +64,10 @@ def register(thing: Thing) -> Thing:
     ----------
     thing
         A class of flight models, for ``flight.model``; a class of beams, for ``laser.beam``; a
-        problem, as a class or an instance, for ``problem``; an engine, an instance, for
-        ``engine``; or a picture, a function of a plan that returns axes of matplotlib, which
-        `optuav.plots.save_pictures` saves under the name of the function. One that was registered
-        under its name is replaced: load missions again after that.
+        problem, as a class or an instance, for ``problem``; an engine, an instance, for ``engine``;
+        or a picture, a function of a plan that returns axes of matplotlib, which
+        `optuav.plots.save_pictures` saves under the name of the function. It replaces an earlier
+        thing of the same name: load missions again after that.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def register(thing: Thing) -> Thing:
     Raises
     ------
     InputError
-        With everything that it lacks, or if the package has one of its name.
+        With everything that the thing lacks, or if the package has a thing of the same name.
 
     Examples
     --------
@@ -126,8 +126,8 @@ def unregister(name: str) -> None:
     """
     kinds = [kind for kind in EVERY_KIND if name in [*kind.registered()]]
     if not kinds:
-        known = ", ".join(name for kind in EVERY_KIND for name in kind.registered()) or "none"
-        raise InputError([Fault("name", shown(name), f"one that was registered: {known}")])
+        names = ", ".join(name for kind in EVERY_KIND for name in kind.registered()) or "none"
+        raise InputError([Fault("name", shown(name), f"one that was registered: {names}")])
     for kind in kinds:
         kind.take_out(name)
 
@@ -160,12 +160,12 @@ def _registering(
     read_plugins()
     for thing in sent:
         register(thing)
-    known = [(kind.words, name) for kind in EVERY_KIND for name in kind.registered()]
+    things = [(kind.words, name) for kind in EVERY_KIND for name in kind.registered()]
     words = f"register it in a plugin, by an entry point of the group {GROUP}"
     refuse(
         Fault(kind, shown(name), f"cannot be sent to a worker ({why}): {words}")
         for (kind, name), why in unsent.items()
-        if (kind, name) not in known
+        if (kind, name) not in things
     )
     return function(number)
 
@@ -236,16 +236,16 @@ def _faults_of_methods(kind: type, base: type) -> Iterator[Fault]:
 
 def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fault]:
     """Parameters of a constructor that are no tables, or that a mission may not have."""
-    known = SINGLE
+    allowed = SINGLE
     parameters = signature(kind).parameters
     for name, parameter in parameters.items():
         place = f"{kind.__name__}({name})"
         if parameter.kind not in (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY):
             yield Fault(place, "", "must be a parameter that is given by its name")
-        elif name not in known:
-            choices = ", ".join(choice for choice in TABLES if choice in known)
+        elif name not in allowed:
+            choices = ", ".join(choice for choice in TABLES if choice in allowed)
             words = f"must be the name of a table of a mission: {choices}"
-            yield Fault(place, "", words + nearest(name, known))
+            yield Fault(place, "", words + nearest(name, allowed))
         elif (
             parameter.default is Parameter.empty
             and not Mission.model_fields[name].is_required()
@@ -258,7 +258,7 @@ def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fa
     for base in kind.__mro__:
         with suppress(NameError):  # Of types that only a type checker imports
             declared.update(get_annotations(base))
-    for name in sorted(declared & {*known} - parameters.keys()):
+    for name in sorted(declared & {*allowed} - parameters.keys()):
         words = "is not set by the constructor: decorate the class with @dataclass(eq=False)"
         yield Fault(f"{kind.__name__}.{name}", "", words)
 
@@ -320,8 +320,8 @@ def _faults_of_engine(engine: Engine, name: str) -> Iterator[Fault]:
         try:
             signature(method).bind(*[None] * count, **limits)
         except TypeError:
-            stated = words.format("slot_s=None, time_limit_s=None")
-            yield Fault("engine", shown(name), f"must define {stated}")
+            call = words.format("slot_s=None, time_limit_s=None")
+            yield Fault("engine", shown(name), f"must define {call}")
 
 
 def _faults_of_picture(picture: Picture, name: str) -> Iterator[Fault]:

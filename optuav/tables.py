@@ -81,10 +81,8 @@ class BatteryPacks(MissionSection):
     """Nominal voltage e_nom [V]."""
     available_fraction: Annotated[float, Range("-", ge=1e-6, le=0.999999)]
     """Share ω of the capacity in the available well [-]."""
-    flow_rate_per_s: Annotated[
-        float, Range("1/s", ge=0, le=1e3, note="; or state flow_rate_per_min")
-    ]
-    """Flow rate k_F of charge between the wells [1/s]; or state flow_rate_per_min."""
+    flow_rate_per_s: Annotated[float, Range("1/s", ge=0, le=1e3, note="; or set flow_rate_per_min")]
+    """Flow rate k_F of charge between the wells [1/s]; or set flow_rate_per_min."""
     charge_current_A: Current
     """Largest charging current I_ch [A]."""
     charging: Annotated[Charging, _CHARGING] = "constant"

@@ -13,6 +13,8 @@ EIGHT = {
     **{"sensor-1": (150, 2350, 0), "sensor-2": (500, 2900, 0)},
 }
 """Devices in an order that can be flown."""
+CLOSE = {"market": (600, 450, 0), "harbour": (150, 700, 0), "school": (850, 150, 0)}
+"""Devices of `three-sensors` whose hover points lie within 70 m of each other."""
 PLACE = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 34.0}
 
 
@@ -32,6 +34,13 @@ def eight() -> optuav.Mission:
     """Eight devices whose discs overlap, with packs that last."""
     changes = {"limits.deadline_s": 2400, "battery.capacity_As": 90_000, "name": "eight"}
     return _over(EIGHT, **changes)
+
+
+@cache
+def plan_over_close() -> optuav.Plan:
+    """The best plan over devices that are served from nearly one place."""
+    listed = [{"name": name, "position_m": [*at_m]} for name, at_m in CLOSE.items()]
+    return optuav.solve(optuav.load("three-sensors").replace({"devices": listed}))
 
 
 @cache

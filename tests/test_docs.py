@@ -630,8 +630,7 @@ def test_the_card_of_a_flight_has_the_times_of_the_page(cards: str) -> None:
 def test_movies_of_lessons_stand_still_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Readers who ask for less motion see the last frame, here a blue one after a red one."""
     pillow = pytest.importorskip("PIL.Image")
-    monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    movies = importlib.import_module("helpers.movies")
+    movies = importlib.import_module("optuav.exercises.helpers.movies")
     frames = [pillow.new("RGB", (40, 40), colour) for colour in ("red", "blue")]
     shown = movies.movie(frames, "two frames", ("red", "blue"))._repr_html_()
     (still,) = re.findall(r'reduce\)" srcset="data:image/png;base64,([^"]+)"', shown)

@@ -43,8 +43,8 @@ BY_FUNCTION = (
     + """
 
 def register_all():
-    for each in (Hops, Tube, SmallestPack, Linprog(), Slsqp(), charge_against_power):
-        optuav.register(each)
+    for thing in (Hops, Tube, SmallestPack, Linprog(), Slsqp(), charge_against_power):
+        optuav.register(thing)
 """
 )
 """The same with a function that registers: its import alone does nothing."""
@@ -425,7 +425,7 @@ def wells(plan: optuav.Plan) -> Any:
         (Uncompiled(), r"engine = 'nothing': must define compile\(self, model, programmes=1, \*"),
         (
             Dated(),
-            "Dated.takes: engines state nonlinear, integer, slots, most_unknowns and needs t",
+            "Dated.takes: must be left out; set nonlinear, integer, slots, most_unknowns and needs",
         ),
         (Short(), r"engine = 'nothing': must define solve\(self, model, programmes, values=None"),
         (lambda plan: plan, "picture name = '<lambda>': the picture needs a name of letters"),
@@ -518,6 +518,21 @@ def test_a_picture_that_draws_nothing_is_named(tmp_path: Path) -> None:
     ):
         optuav.plots.save_pictures(optuav.solve("paper", "P3"), tmp_path)
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_picture_keeps_the_layout_of_its_figure(tmp_path: Path) -> None:
+    """Constrained layout: what the axes show ends its padding of 0.04167 inch from the edges."""
+    figure = pytest.importorskip("matplotlib.figure")
+
+    @optuav.register
+    def charge(plan: optuav.Plan) -> Any:
+        return ax
+
+    ax = figure.Figure(dpi=100, layout="constrained").add_subplot(ylabel="charge")
+    optuav.plots.save_pictures(optuav.solve("paper", "P3"), tmp_path)
+    edges_in = np.array(ax.get_tightbbox().extents) / 100.0
+    around_in = np.array([*edges_in[:2], *(ax.figure.get_size_inches() - edges_in[2:])])
+    assert around_in == pytest.approx([0.04167] * 4, abs=0.02)
 
 
 def test_nonlinear_form_has_exact_values_and_derivatives() -> None:

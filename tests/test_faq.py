@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -99,6 +100,26 @@ def replanning() -> None:
     assert None not in (first["a"], first["b"], first["g_As"])
 
 
+def exports() -> None:
+    """The files of both autopilots and of maps exist, and say that no autopilot has flown them."""
+    place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4}
+    plan = optuav.solve(optuav.load("matrice350").replace(place))
+    for suffix in (".plan", ".waypoints", ".kml", ".geojson"):
+        with TemporaryDirectory() as folder:
+            plan.export(Path(folder) / f"hill{suffix}")
+            words = [file.read_text("utf-8") for file in Path(folder).iterdir()]
+        assert any("No autopilot has flown" in text for text in words), suffix
+
+
+def failing_drone() -> None:
+    """A drone more than needed allows a new roster; an endless fleet has no such question."""
+    cycle = optuav.coverage("matrice350")
+    least = cycle.event(4).drones
+    assert cycle.event(4).without(2, at_s=2000).roster is None
+    assert cycle.event(4, least + 1).without(2, at_s=2000).roster is not None
+    assert not hasattr(cycle.fleet(), "without")
+
+
 def second_device() -> None:
     """A list of devices is served in one mission; what runs without end serves one place."""
     plan = optuav.solve("three-sensors")
@@ -142,6 +163,8 @@ CHECKS: dict[str, Callable[[], None] | None] = {
     "Can I use my own drone?": None,
     "Can a leg fly over or around a building?": buildings,
     "Can the plan change during the flight?": replanning,
+    "Can an autopilot fly the plan?": exports,
+    "What if a drone of a fleet fails?": failing_drone,
     "How do I add a second device?": second_device,
     "Does it account for wind and gusts?": steady_wind,
     "Which unit does a number have?": None,

@@ -16,9 +16,9 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError, collected, decimal, refuse
-from optuav.fields import short
 from optuav.mission.files import csv_rows, label, read_text
 from optuav.mission.messages import nearest, paths_of, plural, shown
+from optuav.presentation.numbers import figure, short, significant, typed
 
 Read = TypeVar("Read")
 
@@ -125,7 +125,7 @@ class Measurements:
         for row in np.flatnonzero(wrong).tolist():
             cell = self.texts[key][row] if key in self.texts else "an empty cell"
             if key in self.numbers and not math.isnan(value := self.numbers[key][row]):
-                cell = f"{value:g}{unit}"
+                cell = f"{typed(value, 6)}{unit}"
             cells.append((self.lines[row], cell))
         if cells:
             yield _fault(self.source, key, allowed, cells)
@@ -147,13 +147,13 @@ class Measurements:
         for sign, matches in self._matches(column).items():
             if count := int(np.sum(rows & matches)):
                 which = f"{count} of {plural(len(rows), 'line')}"
-                words = f"their {column} is {sign:g} {unit}, which means unknown"
+                words = f"their {column} is {typed(sign)} {unit}, which means unknown"
                 yield f"{self.source}: {which} {'is' if count == 1 else 'are'} left out: {words}"
 
     def _matches(self, column: str) -> dict[float, Booleans]:
         """The rows of a column with each value that means unknown, in SI units."""
         of_unit = (self.sizes[column] * value for value in UNKNOWN_IN_UNIT)
-        signs = dict.fromkeys(float(f"{x:.12g}") for x in (*UNKNOWN[self.kinds[column]], *of_unit))
+        signs = dict.fromkeys(significant(x, 12) for x in (*UNKNOWN[self.kinds[column]], *of_unit))
         values = self.numbers[column]
         return {sign: np.isclose(values, sign, rtol=ROUNDED_UNIT, atol=0.0) for sign in signs}
 
@@ -245,7 +245,7 @@ def gaps(table: Measurements) -> Iterator[Fault]:
     """The lines of a record that come too long after the line before."""
     steps_s = np.diff(table.numbers["time"], prepend=math.nan)
     usual_s = float(np.nanmedian(steps_s))
-    words = f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s before"
+    words = f"no gap of more than {figure(WIDEST_STEP)} usual steps of {figure(usual_s)} s before"
     if usual_s > 0.0:
         yield from table.faults(steps_s > WIDEST_STEP * usual_s, "time", words, " s")
 
@@ -288,13 +288,15 @@ def unit_doubts(
     least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
         meant = [
-            each for each, worth in SIZES_OF_UNITS[kind].items() if least <= size * worth <= most
+            usual_unit
+            for usual_unit, worth in SIZES_OF_UNITS[kind].items()
+            if least <= size * worth <= most
         ]
         heading = f"{column}_{next(iter(SIZES_OF_UNITS[kind]))}".rstrip("_")
         usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}".rstrip()
         hint = f"; perhaps {heading} is in {' or '.join(meant)}" if meant else ""
         look = f"look at the units in the names of the columns{hint}"
-        yield f"{words} is {f'{size:.5g} {unit}'.rstrip()}, {usual_sizes}: {look}"
+        yield f"{words} is {f'{figure(size, 5)} {unit}'.rstrip()}, {usual_sizes}: {look}"
 
 
 def _places(
@@ -305,15 +307,15 @@ def _places(
         return {}, [
             Fault("columns", shown(headings[0]), "must have commas between the columns", source)
         ]
-    known = {heading: column for column in form.kinds for heading in form.headings(column)}
+    column_of = {heading: column for column in form.kinds for heading in form.headings(column)}
     columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
-        column = known.get(heading)
+        column = column_of.get(heading)
         if heading in form.unread:
             continue
         if column is None:
-            like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
-            words = f"must be a known column{like}; known are {', '.join(known)}"
+            like = nearest(heading, column_of) if place < MOST_SUGGESTIONS else ""
+            words = f"must be a known column{like}; known are {', '.join(column_of)}"
             if (column := form.named(heading)) is not None:
                 words = f"must have a unit that belongs to it, {' or '.join(form.headings(column))}"
             faults.append(Fault("column", shown(heading), words, source))

@@ -31,7 +31,7 @@ from optuav.mission.forms import SCHEMA
 from optuav.mission.load import shipped
 from optuav.mission.messages import first_ten, number
 from optuav.presentation.blocks import Block, Fold, Heading, Note, Table
-from optuav.presentation.numbers import figure, percent
+from optuav.presentation.numbers import figure, percent, significant, typed
 from optuav.presentation.presented import Presented
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
@@ -84,8 +84,8 @@ class Value:
         size = max(map(abs, (self.value, *ends)))
         apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
         digits = max(6, 2 - math.floor(math.log10(min(apart) / size))) if apart else 6
-        spans = [between.join(f"{end:.{digits}g}" for end in ends)] if ends else []
-        return [f"{self.value:.{digits}g}", *spans]
+        spans = [between.join(typed(end, digits) for end in ends)] if ends else []
+        return [typed(self.value, digits), *spans]
 
     def lines(self) -> Iterator[str]:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
@@ -93,7 +93,8 @@ class Value:
         if self.determined:
             yield _remark(f"; {SURE}: ".join([self.origin, *self.value_and_interval(" to ")[1:]]))
         else:
-            beside = "; it holds beside the other fitted values only" if self.stated else ""
+            together = "; it is valid only together with the other fitted values"
+            beside = together if self.stated else ""
             yield _remark(f"{self.origin}; the data do not determine it{beside}")
         yield entry if self.stated else _remark(entry)
 
@@ -141,14 +142,14 @@ class Panel:
         """The first observations beside the fitted values; of a course of samples what is left."""
         if not self.names:
             left = math.dist(self.observed, self.fitted) / math.sqrt(len(self.observed))
-            words = f"{left:.3g} {self.unit} rms left over of {len(self.observed)} samples"
+            words = f"{figure(left, 3)} {self.unit} rms left over of {len(self.observed)} samples"
             return Note([f"{self.quantity}: {words}"])
         roles = self.roles or ["fitted"] * len(self.names)
         points = [*zip(self.names, self.observed, self.fitted, roles, strict=True)]
         rows = list[tuple[str, ...]]()
         for name, observed, fitted, role in points[:MOST_ROWS]:
             same = math.isclose(fitted, observed, rel_tol=1e-9)
-            apart = "0" if same else f"{fitted - observed:+.3g}".replace("-", "−")
+            apart = "0" if same else figure(fitted - observed, 3, sign="+")
             rows.append((name, figure(observed), figure(fitted), apart, role * (role != "fitted")))
         more = len(points) - len(rows)
         heads = (f"{self.quantity} [{self.unit}]", "observed", "fitted", "difference", "")
@@ -170,8 +171,8 @@ class Fit(Presented):
         Content of the files, in a few words.
     values
         The values found, each with ``key``, ``value``, ``origin``, ``interval`` (its ``low`` and
-        ``high`` end at a confidence of 95 %, or None), ``determined`` and ``stated``: what the data
-        do not determine is still stated beside the values that were fitted together with it.
+        ``high`` end at a confidence of 95 %, or None), ``determined`` and ``stated``: values that
+        the data do not determine are still set if others were fitted together with them.
     panels
         Observed and fitted values, each an `optuav.calibration.Panel`; empty without observations.
     warnings
@@ -179,7 +180,7 @@ class Fit(Presented):
     settings
         Further keys of the mission that the values need.
     extends
-        Mission that the fragment extends unless another is named.
+        Mission that the fragment extends by default.
     lag
         Lag of a battery, (1−ω)²/k_F [s], a value like the others but no key of a mission; None for
         other kinds. Once its wells have settled, a constant current I lasts B/I less the lag.
@@ -226,14 +227,14 @@ class Fit(Presented):
         """The lag and its interval; empty if the data do not determine it."""
         if self.lag is None or not self.lag.determined:
             return ""
-        ends = " to ".join(f"{end:.3g}" for end in self.lag.interval or ())
-        return f"lag {self.lag.value:.3g} s ({ends})"
+        ends = " to ".join(figure(end, 3) for end in self.lag.interval or ())
+        return f"lag {figure(self.lag.value, 3)} s ({ends})"
 
     @property
     def changes(self) -> dict[str, object]:
-        """The values that are stated, by dotted key, ready for `optuav.Mission.replace`."""
-        stated = {value.key: rounded(value.value) for value in self.values if value.stated}
-        return {**self.settings, **stated}
+        """Values to set, by dotted key, ready for `optuav.Mission.replace`."""
+        value_of = {value.key: rounded(value.value) for value in self.values if value.stated}
+        return {**self.settings, **value_of}
 
     def __repr__(self) -> str:
         keys = first_ten([value.key for value in self.values])
@@ -268,7 +269,7 @@ class Fit(Presented):
         return data
 
     def to_frame(self) -> DataFrame:
-        """One row a value, and one for the lag of a battery; needs pandas.
+        """Return one row per value, and one for the lag of a battery; needs pandas.
 
         Columns are ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
         known), ``determined`` and ``origin``.
@@ -280,7 +281,7 @@ class Fit(Presented):
         return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
     def to_toml(self, extends: str | None = None, file: str | Path = "") -> str:
-        """A fragment of a mission file: the values, with intervals and origins as comments.
+        """Return a fragment of a mission file: the values, with intervals and origins as comments.
 
         All other values come from the mission that it `extends`: a shipped one or the path of a
         file, written relative to the `file` of the fragment; by default that of the fit.
@@ -342,8 +343,8 @@ class Estimate(NamedTuple):
             zip(self.keys, self.values.tolist(), self.intervals, strict=True),
             self.undetermined,
         )
-        stated = always or set(blind) != set(self.keys)
-        return tuple(Value(key, x, origin, ends, key not in blind, stated) for key, x, ends in rows)
+        states = always or set(blind) != set(self.keys)
+        return tuple(Value(key, x, origin, ends, key not in blind, states) for key, x, ends in rows)
 
     def ordered(self, keys: Sequence[str]) -> "Estimate":
         """The same, with the keys in another order."""
@@ -430,7 +431,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
     reasons = "".join(f"; {warning}" for warning in (hint, *found.warnings) if warning)
     source = ", ".join(found.sources)
     refuse(
-        Fault(f"{e.key}, {e.origin}", f"{e.value:.4g}", f"{allowed.words}{reasons}", source)
+        Fault(f"{e.key}, {e.origin}", typed(e.value, 4), f"{allowed.words}{reasons}", source)
         for e in found.values
         if e.stated and (allowed := number(e.key)) and not allowed.accepts(e.value)
     )
@@ -439,7 +440,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
 
 def rounded(value: float) -> float:
     """A value to seven digits, more than any measurement has."""
-    return float(f"{value:.7g}")
+    return significant(value, 7)
 
 
 def _remark(words: str) -> str:

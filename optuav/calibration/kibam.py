@@ -49,7 +49,7 @@ from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
 LIFETIMES = {"load": "text", "current": "current", "duration": "time", "lifetime": "time"}
@@ -75,7 +75,7 @@ DIRECTIONS = np.array([*itertools.product((-1.0, 0.0, 1.0), repeat=3)])
 """Directions of log B, logit ω and log L in which the edge of a region is looked for."""
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
 NO_RATE = "not how fast it builds up{}: a load with pauses of 30 to 120 s would"
-ASSUMED = f" (1/k' = {SETTLING_S:g} s is assumed)"
+ASSUMED = f" (1/k' = {figure(SETTLING_S)} s is assumed)"
 NOTHING = "nothing is determined: a mission keeps its own battery"
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
 LEAST_SENSITIVITY = 1e-6  # sensitivity at the least ω; below it the available well would fill up
@@ -84,7 +84,7 @@ CLEAR = 0.99  # confidence of an interval that must end for the data to tell its
 LOGIT = math.log(999.0)  # range of the logit of ω: 0.1 % to 99.9 %
 SLOWEST, FASTEST = 1e-4, 1e2  # k' times the longest, the shortest lifetime: all beyond is alike
 ROWS, FINER, ZOOMS = 161, 33, 8  # places of the first grid and of each finer one, and of these
-HALVINGS = 30  # to the end of an interval
+INTERVAL_HALVINGS = 30  # halvings to the end of an interval
 ROUNDED_SUM = 1e-24  # sum of squares that may come from rounding
 DENSE_AT_ENDS = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 65))  # places between two ends
 
@@ -163,16 +163,16 @@ def fit_kibam(
     Parameters
     ----------
     files
-        CSV files, with the loads of one pack, like the capacity of a mission. For lifetimes under
-        constant or repeating loads: columns ``load`` (a name), ``current_A``, ``duration_s``
-        (empty for a constant load), ``lifetime_s``, with a line for every piece of a load, in
-        order. Or a record ``time_s,current_A`` of one discharge, from full, whose last line is the
-        moment of cut-off. Currents are positive while discharging; other units go in the header,
-        as ``current_mA`` or ``lifetime_min``. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``),
-        AirData or DJI (CSV), each of one discharge from full to cut-off.
+        CSV files with the loads of one pack, to which the capacity of a mission also refers. For
+        lifetimes under constant or repeating loads: columns ``load`` (a name), ``current_A``,
+        ``duration_s`` (empty for a constant load), ``lifetime_s``, with a line for every piece of a
+        load, in order. Or a record ``time_s,current_A`` of one discharge, from full, whose last
+        line is the moment of cut-off. Currents are positive while discharging; other units go in
+        the header, as ``current_mA`` or ``lifetime_min``. Or logs of PX4 (``.ulg``), ArduPilot
+        (``.bin``), AirData or DJI (CSV), each of one discharge from full to cut-off.
     never_longer
-        Whether the capacity is scaled down until no fitted lifetime is longer than measured, and by
-        1 % more, for plans that will be flown. Wells whose rate is unknown then settle in 30 s.
+        Whether to scale the capacity down until no fitted lifetime is longer than measured, and by
+        another 1 %, for plans that will be flown. Wells whose rate is unknown then settle in 30 s.
     columns
         For a CSV of another program: the column that each of its headings stands for, such as
         ``{"Amps": "current_A"}``.
@@ -180,10 +180,10 @@ def fit_kibam(
     Returns
     -------
     Fit
-        With the lag, `Fit.lag`, and a warning where the data hardly tell the parameters apart;
-        without values where they determine neither them nor the lag, or where the best fit misses a
-        lifetime by more than a fifth and no jump over a pause explains it. Constant loads determine
-        the lag only: where 1/k' = 30 s fits as well, it is taken.
+        The fit, with the lag, `Fit.lag`, and a warning if the data hardly distinguish the
+        parameters. It has no values if the data determine neither them nor the lag, or if the best
+        fit misses a lifetime by more than a fifth and no jump over a pause explains it. Constant
+        loads determine only the lag: if 1/k' = 30 s fits as well, the fit uses it.
 
     Raises
     ------
@@ -220,46 +220,27 @@ def fit_kibam(
     sources, of_files = csv.read_all(files, FORMATS, _discharges, read_log)
     discharges = [discharge for of_file, _ in of_files for discharge in of_file]
     doubts = [words for _, of_file in of_files for words in of_file]
-    count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
+    count = len(discharges)
     if count < LEAST_DISCHARGES:
         words = f"must have at least {LEAST_DISCHARGES} discharges; there are {count}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     lifetimes_s = np.array([discharge.lifetime_s for discharge in discharges])
 
     def simulated(values: Floats, factor: float = 1.0) -> Floats:
-        """Lifetimes [s]; for a battery of 1 A s, as they depend only on current over capacity."""
-        capacity_As, share, rate = values.tolist()
-        battery = {"capacity_As": 1.0, "available_fraction": share, "flow_rate_per_s": rate}
-        unit_As, loads = capacity_As * factor, (discharge.load for discharge in discharges)
-        shares = ([(current_A / unit_As, lasts_s) for current_A, lasts_s in load] for load in loads)
-        return np.array([lifetime(load, **battery) for load in shares])
+        return _simulated_lifetimes_s(discharges, values, factor)
 
     def miss(values: Floats) -> float:
         return float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0)))
 
     # A battery may also last as long by the formula but run dry in an earlier piece.
-    wells = _wells(discharges, SCATTER if few else None, miss, never_longer=never_longer)
-    estimated, lag, edge = wells.estimate, wells.lag, wells.edge
+    scatter = SCATTER if count == LEAST_DISCHARGES else None
+    wells = _wells(discharges, scatter, miss, never_longer=never_longer)
+    best, lag, edge, factor = wells.estimate.values, wells.lag, wells.edge, 1.0
     data = f"{count} discharges of one full pack"
-    fitted = [
-        *estimated.values_for_mission(
-            f"fitted to {count} discharges of one pack", always=lag.determined
-        )
-    ]
-    if wells.settled:
-        origin = f"lag {lag.value:.3g} s; settling {SETTLING_S:g} s assumed"
-        fitted[1:] = (replace(value, origin=origin) for value in fitted[1:])
-    warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
-    if lag.determined and (estimated.undetermined or estimated.unsure or wells.settled):
-        ends = " – ".join(f"{end:.3g}" for end in lag.interval or ())
-        no_rate = NO_RATE.format(ASSUMED if wells.settled else "")
-        warnings = [f"the data determine the lag, {lag.value:.3g} s ({ends}), and {no_rate}"]
-    if not fitted[0].stated:
-        warnings.append(NOTHING)
+    fitted, warnings = _values_and_warnings(wells, count)
     # A lifetime jumps over a whole pause where the capacity is a little less.
-    less, more = (simulated(estimated.values, 1.0 + by) for by in (-JUMP, JUMP))
+    less, more = (simulated(best, 1.0 + by) for by in (-JUMP, JUMP))
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
-    factor = 1.0
     if np.any(far):
         # Such data have several poor optima, and rounding decides where the fit ends.
         *fitted, lag = (
@@ -269,40 +250,82 @@ def fit_kibam(
         edge = ()
         missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
-            "no kinetic battery lasts like that, so no value is stated: the fit misses "
+            "no kinetic battery lasts like that, so optuav returns no value: the fit misses "
             f"{missed} by more than {percent(FAR)}; look at units, and whether it was one full "
             "battery each time"
         ]
     elif never_longer and fitted[0].stated:
         factor = (1.0 - MARGIN) * _largest_factor(
-            lambda factor: bool(np.all(simulated(estimated.values, factor) <= lifetimes_s))
+            lambda factor: bool(np.all(simulated(best, factor) <= lifetimes_s))
         )
         words = f"never longer than measured, less {percent(MARGIN)}"
-        data, capacity = f"{data}, {words}", fitted[0]
-        edge = tuple({**battery, KEYS[0]: battery[KEYS[0]] * factor} for battery in edge)
-        origin = f"{capacity.origin}, {words}"
-        size_As = capacity.value * factor
-        fitted[0] = replace(capacity, value=size_As, origin=origin, interval=None)
-    warnings += doubts
-    pause = "ends in a pause, in which a battery cannot run dry: its lifetime may be wrong"
-    idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
-    warnings += [f"{discharge.name} {pause}" for discharge in idle]
-    largest_A = max(current_A for discharge in discharges for current_A, _ in discharge.pieces)
-    shortest_s = float(lifetimes_s.min())
-    warnings += csv.unit_doubts("the largest current", largest_A, "current", "current")
-    warnings += csv.unit_doubts("the shortest lifetime", shortest_s, "lifetime", "time", LIFETIME)
-    if few:
-        warnings.append(
-            f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
-            f"intervals take lifetimes to scatter by {percent(SCATTER)}"
-        )
+        data = f"{data}, {words}"
+        fitted[0], edge = _scaled(fitted[0], edge, factor, words)
+    warnings += [*doubts, *_doubts_about(discharges)]
     names = [discharge.name for discharge in discharges]
-    lasts_s = simulated(estimated.values, factor).tolist()
+    lasts_s = simulated(best, factor).tolist()
     panel = Panel("lifetime", "s", lifetimes_s.tolist(), lasts_s, names)
     values, said = tuple(fitted), tuple(warnings)
     notes = tuple(words for log in flown for words in (f"{log.source}: {log.format}", *log.notes))
-    found = Fit("kibam", sources, data, values, (panel,), said, lag=lag, edge=edge)
-    return finished(replace(found, notes=notes, logs=tuple(flown)))
+    result = Fit("kibam", sources, data, values, (panel,), said, lag=lag, edge=edge)
+    return finished(replace(result, notes=notes, logs=tuple(flown)))
+
+
+def _simulated_lifetimes_s(
+    discharges: Sequence[Discharge], values: Floats, factor: float
+) -> Floats:
+    """Lifetimes [s] under each load, of a battery with values of `KEYS` and capacity by a factor.
+
+    They are those of a battery of 1 A s, as they depend only on current over capacity.
+    """
+    capacity_As, share, rate = values.tolist()
+    battery = {"capacity_As": 1.0, "available_fraction": share, "flow_rate_per_s": rate}
+    unit_As, loads = capacity_As * factor, (discharge.load for discharge in discharges)
+    shares = ([(current_A / unit_As, lasts_s) for current_A, lasts_s in load] for load in loads)
+    return np.array([lifetime(load, **battery) for load in shares])
+
+
+def _values_and_warnings(wells: FittedWells, count: int) -> tuple[list[Value], list[str]]:
+    """Values for a mission from a number of discharges, and what these leave open."""
+    estimated, lag = wells.estimate, wells.lag
+    origin = f"fitted to {count} discharges of one pack"
+    fitted = [*estimated.values_for_mission(origin, always=lag.determined)]
+    if wells.settled:
+        origin = f"lag {figure(lag.value, 3)} s; settling {figure(SETTLING_S)} s assumed"
+        fitted[1:] = (replace(value, origin=origin) for value in fitted[1:])
+    warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
+    if lag.determined and (estimated.undetermined or estimated.unsure or wells.settled):
+        ends = " – ".join(figure(end, 3) for end in lag.interval or ())
+        no_rate = NO_RATE.format(ASSUMED if wells.settled else "")
+        warnings = [f"the data determine the lag, {figure(lag.value, 3)} s ({ends}), and {no_rate}"]
+    if not fitted[0].stated:
+        warnings.append(NOTHING)
+    return fitted, warnings
+
+
+def _scaled(
+    capacity: Value, edge: Sequence[dict[str, float]], factor: float, words: str
+) -> tuple[Value, tuple[dict[str, float], ...]]:
+    """A capacity by a factor, with words on it, and batteries at the edge by the same factor."""
+    batteries = tuple({**battery, KEYS[0]: battery[KEYS[0]] * factor} for battery in edge)
+    size_As, origin = capacity.value * factor, f"{capacity.origin}, {words}"
+    return replace(capacity, value=size_As, origin=origin, interval=None), batteries
+
+
+def _doubts_about(discharges: Sequence[Discharge]) -> Iterator[str]:
+    """Yield doubts about ends in a pause, units, and too few discharges."""
+    pause = "ends in a pause, in which a battery cannot run dry: its lifetime may be wrong"
+    idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
+    yield from (f"{discharge.name} {pause}" for discharge in idle)
+    largest_A = max(current_A for discharge in discharges for current_A, _ in discharge.pieces)
+    shortest_s = float(min(discharge.lifetime_s for discharge in discharges))
+    yield from csv.unit_doubts("the largest current", largest_A, "current", "current")
+    yield from csv.unit_doubts("the shortest lifetime", shortest_s, "lifetime", "time", LIFETIME)
+    if len(discharges) == LEAST_DISCHARGES:
+        yield (
+            f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
+            f"intervals take lifetimes to scatter by {percent(SCATTER)}"
+        )
 
 
 class SumOfSquares:
@@ -339,8 +362,8 @@ class SumOfSquares:
     def squares(self, rows: Floats, logits: Floats) -> Floats:
         """The sum of squares."""
         capacities, usual = self.implied(rows, logits)
-        found: Floats = np.var(capacities, axis=-1) * capacities.shape[-1] / usual**2
-        return found
+        sums: Floats = np.var(capacities, axis=-1) * capacities.shape[-1] / usual**2
+        return sums
 
     def valley(self, rates: Floats) -> tuple[Floats, Floats, Floats]:
         """Minimise the sum along each row: the minimiser, that sum, and the rows.
@@ -410,19 +433,19 @@ def _least(
     function: Callable[[Floats], Floats], low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
     """Minimise a function between ends on ever finer grids, by row: minimiser and minimum."""
-    each = np.arange(len(low))
+    rows = np.arange(len(low))
     for _ in range(ZOOMS):
         places = np.linspace(low, high, FINER, axis=1)
         values = function(places)
         least = np.argmax(values <= np.min(values, axis=1, keepdims=True) + ROUNDED_SUM, axis=1)
-        low = places[each, np.maximum(least - 1, 0)]
-        high = places[each, np.minimum(least + 1, FINER - 1)]
-    return places[each, least], values[each, least]
+        low = places[rows, np.maximum(least - 1, 0)]
+        high = places[rows, np.minimum(least + 1, FINER - 1)]
+    return places[rows, least], values[rows, least]
 
 
 def _end(belongs: Callable[[Floats], Booleans], inner: Floats, outer: Floats) -> Floats:
     """The outermost place that belongs, between one that does and another."""
-    for _ in range(HALVINGS):
+    for _ in range(INTERVAL_HALVINGS):
         middle = 0.5 * (inner + outer)
         inside = belongs(middle)
         inner, outer = np.where(inside, middle, inner), np.where(inside, outer, middle)
@@ -434,7 +457,7 @@ def _largest_factor(holds: Callable[[float], bool]) -> float:
     if holds(1.0):
         return 1.0
     low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
+    for _ in range(INTERVAL_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low
@@ -503,8 +526,8 @@ def _wells(
     )
     edge = np.exp(region.edge - np.logaddexp(0.0, region.edge) * (0.0, 1.0, 0.0))
     batteries = tuple(dict(zip(KEYS, battery, strict=True)) for battery in edge.tolist())
-    found = Estimate(KEYS, values, left, sigma, tuple(intervals), undetermined, unsure)
-    return FittedWells(found, lag, settled, batteries)
+    estimated = Estimate(KEYS, values, left, sigma, tuple(intervals), undetermined, unsure)
+    return FittedWells(estimated, lag, settled, batteries)
 
 
 def _discharges(table: csv.Measurements) -> tuple[list[Discharge], list[str]]:

@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,7 @@ from optuav.errors import Fault, InputError, refuse
 from optuav.mission.files import refusal
 from optuav.mission.messages import nearest
 from optuav.physics import bang_bang
+from optuav.presentation.numbers import figure
 
 OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
 LOG = csv.Format({"time": "time", "current": "current"} | OPTIONAL, tuple(OPTIONAL), least=10)
@@ -55,7 +56,7 @@ LEAST_LEG = 5  # fewest samples of a leg
 REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
 MISFIT = 0.08  # rms of speeds off the trapezoids, over the largest, that one cap still explains
 GAIN = 9.0  # least gain of the sum of squares by a cap, in variances: three standard errors
-ROUNDS = 20  # most steps to the best begin and end of a leg; two are usual
+MOST_SHIFTS = 20  # most steps to the best begin and end of a leg; two are usual
 FOUND_S = 1e-9  # change of these moments below which they are found
 
 
@@ -71,6 +72,10 @@ class Samples(NamedTuple):
     log: Integers  # number of the log
 
 
+MeanLoads: TypeAlias = Mapping[str, Mapping[str, tuple[float, ConfidenceInterval]]]
+"""Mean current [A] and power [W] by phase, then by name with unit, each with its interval."""
+
+
 def fit_regimes(
     files: str | Path | Iterable[str | Path], *, columns: Mapping[str, str] | None = None
 ) -> Fit:
@@ -81,9 +86,9 @@ def fit_regimes(
     files
         Flight logs as CSV: ``time_s``, ``current_A`` (positive while discharging), ``voltage_V`` or
         ``power_W``, and ``phase`` (flight, hover, rest, charge or other), ``speed_m_s`` or both.
-        Without phases a sample below a tenth of the usual current is rest, of the others one below
-        1 m/s is hover. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``), AirData or DJI (CSV), in
-        which hover and level flight are recognised, see `Fit.logs`.
+        Without phases, a sample below a tenth of the usual current is rest, and any other sample
+        below 1 m/s is hover. Or logs of PX4 (``.ulg``), ArduPilot (``.bin``), AirData or DJI (CSV),
+        in which hover and level flight are recognised, see `Fit.logs`.
     columns
         For a CSV of another program: the column that each of its headings stands for, such as
         ``{"Amps": "current_A"}``.
@@ -98,8 +103,8 @@ def fit_regimes(
     Raises
     ------
     InputError
-        With every fault of the files, if the logs hold no flight and no hover, or if no mission may
-        state a load.
+        With every fault of the files, if the logs contain neither flight nor hover, or if a load is
+        outside the range of its key.
 
     Examples
     --------
@@ -121,17 +126,15 @@ def fit_regimes(
 
     sources, records = csv.read_all(files, [LOG], _read_log, read_log)
     logs, doubts = zip(*records, strict=True)
-    begins_s = np.cumsum([0.0, *(log.time_s[-1] for log in logs[:-1])])
-    after = (
-        each._replace(time_s=each.time_s + begin_s, log=each.log + number)
-        for number, (each, begin_s) in enumerate(zip(logs, begins_s, strict=True))
-    )
-    samples = Samples(*map(np.concatenate, zip(*after, strict=True)))
+    samples = _one_after_another(logs)
     series = {"current_A": samples.current_A, "power_W": samples.power_W}
-    loads = {
-        phase: {key: mean_over_time(each[own], samples.step_s[own]) for key, each in series.items()}
+    loads: MeanLoads = {
+        phase: {
+            key: mean_over_time(values[of_phase], samples.step_s[of_phase])
+            for key, values in series.items()
+        }
         for phase in ORIGINS
-        if np.sum(own := samples.phase == phase) >= ENOUGH
+        if np.sum(of_phase := samples.phase == phase) >= ENOUGH
     }
     if not loads.keys() & {"flight", "hover"}:
         shares = "".join(f"; {words}" for log in flown for words in (*_notes(log), *log.warnings))
@@ -139,41 +142,61 @@ def fit_regimes(
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))
     motion, panels, remarks = _motion(samples, legs)
-    warnings = [
+    missing = [
         f"the logs have no {phase}: {phase}_current_A and {phase}_power_W are missing here"
         for phase in ("flight", "hover")
         if phase not in loads
     ]
-    values, unknown = list[Value](), (0.0, ConfidenceInterval(0.0, 0.0))
-    for phase, own in loads.items():
-        for unit, (mean, interval) in own.items():
-            key, value, ends = f"flight.{phase}_{unit}", mean, interval
-            if phase == "charge":
-                drawn, resting = loads.get("rest", {}).get(unit, unknown)
-                value, reach = drawn - mean, math.hypot(ends.high - mean, resting.high - drawn)
-                ends = ConfidenceInterval(value - reach, value + reach)
-            if value < 0.0 <= ends.high:
-                words = "lies no farther below 0 than the log leaves open: 0 is stated"
-                warnings.append(f"{key} = {value:.3g} {words}")
-                value = 0.0
-            values.append(Value(key, value, ORIGINS[phase], ends))
-    known = np.isin(samples.phase, list(loads))
-    groups, at_s = samples.phase[known].tolist(), samples.time_s[known].tolist()
-    courses = []
-    for key, observed in series.items():
-        quantity, unit = key.split("_")
-        means, seen = [loads[group][key][0] for group in groups], observed[known].tolist()
-        courses.append(Panel(quantity, unit, seen, means, (), at_s, TIME, (), groups))
+    values, below_zero = _values_of(loads)
+    warnings = *missing, *below_zero, *remarks, *dict.fromkeys(itertools.chain(*doubts))
     data = f"{len(samples.time_s)} samples, {len(legs)} legs with speeds"
-    warnings += [*remarks, *dict.fromkeys(itertools.chain(*doubts))]
-    parts = (*motion, *values), (*courses, *panels), tuple(warnings)
-    found = replace(
+    parts = (*motion, *values), (*_panels_of(loads, series, samples), *panels), warnings
+    result = replace(
         Fit("regimes", sources, data, *parts, settings={"flight.model": "regimes"}),
         extends="matrice350",
         notes=tuple(itertools.chain.from_iterable(map(_notes, flown))),
         logs=tuple(flown),
     )
-    return finished(found, "positive is discharge, a rest in the laser's light is charge")
+    return finished(result, "positive is discharge, a rest in the laser's light is charge")
+
+
+def _one_after_another(logs: Sequence[Samples]) -> Samples:
+    """The samples of logs, each numbered and beginning when the one before ends."""
+    begins_s = np.cumsum([0.0, *(log.time_s[-1] for log in logs[:-1])])
+    after = (
+        log._replace(time_s=log.time_s + begin_s, log=log.log + number)
+        for number, (log, begin_s) in enumerate(zip(logs, begins_s, strict=True))
+    )
+    return Samples(*map(np.concatenate, zip(*after, strict=True)))
+
+
+def _values_of(loads: MeanLoads) -> tuple[list[Value], list[str]]:
+    """MeanLoads as values of a mission, and warnings where 0 is stated for one below."""
+    values, warnings = list[Value](), list[str]()
+    no_rest = (0.0, ConfidenceInterval(0.0, 0.0))
+    for phase, means in loads.items():
+        for unit, (mean, interval) in means.items():
+            key, value, ends = f"flight.{phase}_{unit}", mean, interval
+            if phase == "charge":
+                drawn, resting = loads.get("rest", {}).get(unit, no_rest)
+                value, reach = drawn - mean, math.hypot(ends.high - mean, resting.high - drawn)
+                ends = ConfidenceInterval(value - reach, value + reach)
+            if value < 0.0 <= ends.high:
+                words = "lies no farther below 0 than the log leaves open: 0 is used"
+                warnings.append(f"{key} = {figure(value, 3)} {words}")
+                value = 0.0
+            values.append(Value(key, value, ORIGINS[phase], ends))
+    return values, warnings
+
+
+def _panels_of(loads: MeanLoads, series: Mapping[str, Floats], samples: Samples) -> Iterator[Panel]:
+    """Yield the current and the power of samples in a regime, with the mean of that regime."""
+    in_regime = np.isin(samples.phase, list(loads))
+    phases, at_s = samples.phase[in_regime].tolist(), samples.time_s[in_regime].tolist()
+    for key, observed in series.items():
+        quantity, unit = key.split("_")
+        means, values = [loads[phase][key][0] for phase in phases], observed[in_regime].tolist()
+        yield Panel(quantity, unit, values, means, (), at_s, TIME, (), phases)
 
 
 def mean_over_time(values: Floats, steps_s: Floats) -> tuple[float, ConfidenceInterval]:
@@ -202,8 +225,8 @@ def correlation_of_neighbours(values: Floats) -> float:
 
 def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log, its time from 0, and doubts about its values and units."""
-    known, left_out = _known(log)
-    table = log.only(known)
+    rows, left_out = _known(log)
+    table = log.only(rows)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, unknown = numbers["current"], np.full(len(table.lines), math.nan)
     voltage_V, speed_m_s = (numbers.get(column, unknown) for column in ("voltage", "speed"))
@@ -230,7 +253,7 @@ def _read_log(log: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
         phase = np.where(idle, "rest", np.where(speed_m_s < STILL_m_s, "hover", "flight"))
     time_s = log.numbers["time"] - log.numbers["time"][0]
-    times = time_s[known], np.gradient(time_s)[known]
+    times = time_s[rows], np.gradient(time_s)[rows]
     samples = Samples(*times, current_A, power_W, speed_m_s, phase, np.zeros(len(phase), int))
     return samples, (*left_out, *table.doubts())
 
@@ -258,14 +281,14 @@ def _known(log: csv.Measurements) -> tuple[Booleans, list[str]]:
 
     In the laser's light the current may be −1 A and the power −1 W.
     """
-    known, sentences = np.ones(len(log.lines), bool), list[str]()
-    charging = np.array(log.texts.get("phase", [""] * len(known))) == "charge"
+    complete, sentences = np.ones(len(log.lines), bool), list[str]()
+    charging = np.array(log.texts.get("phase", [""] * len(complete))) == "charge"
     for column in filter(log.numbers.__contains__, csv.UNKNOWN):
         measured = charging & (log.numbers[column] < 0.0) & (column in ("current", "power"))
         rows = log.unknown(column) & ~measured
-        known &= ~rows
+        complete &= ~rows
         sentences += log.left_out(column, rows)
-    return known, sentences
+    return complete, sentences
 
 
 def _legs(samples: Samples) -> Iterator[Integers]:
@@ -319,7 +342,10 @@ def _motion(
     fitted = speeds(*estimated.values.tolist())
     course = fit.curve("speed", "m/s", observed, fitted, at_s, TIME)
     if (off_m_s := float(np.sqrt(np.mean((fitted - observed) ** 2)))) > MISFIT * observed.max():
-        words = f"legs of one acceleration and speed cap are {off_m_s:.2g} m/s rms off the speeds"
+        words = (
+            f"legs of one acceleration and speed cap are {figure(off_m_s, 2)} m/s rms off the "
+            "speeds"
+        )
         missing = "acceleration_m_s2 and max_speed_m_s are missing here"
         advice = "for legs at different speeds use rotary-wing"
         return (), (course,), (f"{words}: {missing}; {advice}",)
@@ -348,7 +374,7 @@ def _speeds(
         loads = bang_bang.leg((distance_m, 0.0, 0.0), acceleration_m_s2, 1.0, 1.0, cap_m_s)
         start_s = middle_s - 0.5 * loads.durations_s[0]
         end_s = middle_s + 0.5 * loads.durations_s[0]
-        for _ in range(ROUNDS):
+        for _ in range(MOST_SHIFTS):
             rising = acceleration_m_s2 * (time_s - start_s[leg_of])
             falling = acceleration_m_s2 * (end_s[leg_of] - time_s)
             fitted: Floats = np.clip(np.minimum(rising, falling), 0.0, cap_m_s)

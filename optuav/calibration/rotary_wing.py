@@ -16,6 +16,7 @@ from optuav.calibration.logs.read import flight_log_in
 from optuav.errors import refuse
 from optuav.mission.messages import number
 from optuav.physics.rotary_wing import PowerCoefficients, power
+from optuav.presentation.numbers import figure
 
 LEAST_SPEEDS = 6
 LOG = csv.Format(
@@ -60,14 +61,14 @@ def fit_rotary_wing(
         ``blade_power_W``, ``induced_power_W``, ``induced_speed_m_s``, ``tip_speed_m_s`` and
         ``parasite_W_s3_m3`` of [flight] for ``flight.model = "rotary-wing"``, with 95 % intervals
         by profile likelihood; tips are at most as fast as sound, 340 m/s. As the power is the
-        battery's, ``flight.efficiency`` is 1 beside them. All five are stated, with a warning of
-        those that the data do not determine: the power follows the log only with all of them. If
-        the data determine none, none is stated.
+        battery's, ``flight.efficiency`` is 1 beside them. The fit returns all five, with a warning
+        for those that the data do not determine, because only all five together reproduce the
+        power. If the data determine none of them, it returns none.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if no mission may state a coefficient.
+        With every fault of the files, or if a coefficient is outside the range of its key.
 
     References
     ----------
@@ -115,11 +116,11 @@ def fit_rotary_wing(
     data = f"{len(speed)} points of steady level flight"
     values = estimated.values_for_mission(f"fitted to {len(speed)} points")
     said = (*estimated.warnings, *doubts)
-    found = Fit("rotary-wing", sources, data, values, (panel,), said)
-    found = replace(found, notes=tuple(notes), logs=tuple(flown))
-    if found.changes:  # otherwise the mission keeps its own
-        found = replace(found, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
-    return finished(replace(found, extends="relay-today"))
+    result = Fit("rotary-wing", sources, data, values, (panel,), said)
+    result = replace(result, notes=tuple(notes), logs=tuple(flown))
+    if result.changes:  # otherwise the mission keeps its own
+        result = replace(result, settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0})
+    return finished(replace(result, extends="relay-today"))
 
 
 def _estimate(speed_m_s: Floats, drawn_W: Floats) -> Estimate:
@@ -152,11 +153,11 @@ def _doubts(estimated: Estimate, speed_m_s: Floats) -> Iterator[str]:
     if len(estimated.undetermined) == len(KEYS):
         return
     if estimated.undetermined:
-        yield f"the power is unsure above {fastest:.3g} m/s, the largest speed of the log"
+        yield f"the power is unsure above {figure(fastest, 3)} m/s, the largest speed of the log"
     tip_m_s, (least, most) = float(estimated.values[TIP]), TIP_M_S
     if min(abs(tip_m_s / end - 1.0) for end in TIP_M_S) < AT_END:
-        words = f"an end of its range, {least:g} to {most:g} m/s"
-        yield f"the tip speed that fits is {tip_m_s:.4g} m/s, {words}: it is no measurement"
+        words = f"an end of its range, {figure(least)} to {figure(most)} m/s"
+        yield f"the tip speed that fits is {figure(tip_m_s, 4)} m/s, {words}: it is no measurement"
 
 
 def _checked(

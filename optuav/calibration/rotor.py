@@ -19,6 +19,7 @@ from optuav.calibration.fit import Estimate, Fit, Value, curve, finished
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission.messages import number
 from optuav.physics import rotor
+from optuav.presentation.numbers import figure, fixed
 
 LEAST_POINTS = 6
 BENCH = csv.Format(
@@ -49,7 +50,7 @@ QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
 TOLD = {"thrust": 1, "current": 3, "voltage": 2}  # constants that each quantity tells
 THRUST_PER_POWER = (0.003, 0.5, "N/W")  # usual, by least and most
 MERIT = (0.2, 0.9)  # usual figure of merit, by least and most
-ROUNDS = 3  # fits, each weighted by the residuals of the one before
+WEIGHTED_FITS = 3  # fits, each weighted by the residuals of the one before
 LEAST_RESIDUAL = 1e-9  # standard deviation of a quantity, over its largest value
 
 
@@ -75,13 +76,13 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Keys of [rotor]. Steady speeds do not show the inertia, data sheets neither the largest
-        speed nor the damping: the mission keeps its own.
+        Keys of [rotor]. Steady speeds do not show the inertia, and data sheets show neither the
+        largest speed nor the damping; for these, the mission keeps its own values.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if no mission may state a constant.
+        With every fault of the files, or if a constant is outside the range of its key.
 
     References
     ----------
@@ -136,7 +137,7 @@ def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
         constants[KEYS[3]] = (torque_constant_Nm_A * data["no_load_current"], "9.5493/κ_V I_0")
     elif "no_load_current" in data:
         warnings.append("the friction torque needs velocity_constant_rpm_V as well")
-    values = tuple(Value(f"rotor.{key}", *each) for key, each in constants.items())
+    values = tuple(Value(f"rotor.{key}", *figures) for key, figures in constants.items())
     return Fit("rotor", sources, "data of a propeller and its motor", values, (), tuple(warnings))
 
 
@@ -146,9 +147,9 @@ def _merit_doubts(thrust_coefficient: float, torque_coefficient: float) -> Itera
     least, most = MERIT
     if not least <= merit <= most:
         yield (
-            f"the figure of merit, C_T^1.5 / (√2 C_Q), is {merit:.2f}, where a UAV has {least:g} "
-            f"to {most:g}: look at both coefficients; those by n and D, as in T = C_T ρ n² D⁴, go "
-            "under thrust_coefficient_nD and power_coefficient_nD"
+            f"the figure of merit, C_T^1.5 / (√2 C_Q), is {fixed(merit)}, where a UAV has "
+            f"{figure(least)} to {figure(most)}: look at both coefficients; those by n and D, as "
+            "in T = C_T ρ n² D⁴, go under thrust_coefficient_nD and power_coefficient_nD"
         )
 
 
@@ -201,7 +202,7 @@ def _estimate(measured: Mapping[str, Floats]) -> Estimate:
     linear = [allowed.ge or 0.0 for key in ordered[2:] if (allowed := number(key))]
     problem = separable.Problem(columns, (PER_VOLT_RPM, WINDING_OHM), linear)
     best = problem.best(_starts(measured))
-    for _ in range(ROUNDS - 1):
+    for _ in range(WEIGHTED_FITS - 1):
         parts = np.split(best.residuals, len(QUANTITIES))
         for (name, told), part in zip(TOLD.items(), parts, strict=True):
             spreads[name] = _spread(spreads[name] * part, measured[name], len(speed) - told)

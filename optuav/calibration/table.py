@@ -119,8 +119,8 @@ class ResultsTable(NamedTuple):
             if repr(changes) not in networks:
                 changed = mission.replace(changes) if changes else mission
                 networks[repr(changes)] = build_network(tie(changed, self.stated.tied))
-            known = quantities(networks[repr(changes)], row.given)
-            numbers += [known[label] for label in (*row.fit, *row.check)]
+            figures = quantities(networks[repr(changes)], row.given)
+            numbers += [figures[label] for label in (*row.fit, *row.check)]
         return np.array(numbers)
 
 
@@ -141,8 +141,8 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Intervals follow from the resolution, and from the residuals where those are larger. With
-        a warning where the values do not meet the table.
+        The fit, whose intervals follow from the resolution, or from the residuals if these are
+        larger. It has a warning if the values do not meet the table.
 
     Raises
     ------
@@ -186,10 +186,10 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     mission = table.with_values(estimated.values.tolist())
     computed = table.computed(estimated.values.tolist()).tolist()
     pairs = list(zip(table.numbers, computed, strict=True))
-    unflown = {each.row for each, value in pairs if not math.isfinite(value)}
+    unflown = {number.row for number, value in pairs if not math.isfinite(value)}
     words = "a row that can be flown; none of the values tried can: start from others in [free]"
     refuse(Fault("rows", shown(name), words, label(paths[0])) for name in sorted(unflown))
-    keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
+    keys = [(number.quantity, number.observed, round(value, DIGITS)) for number, value in pairs]
     different, count = set(compress(keys, fits)), int(fits.sum())
     roles: list[Role] = [
         "fitted" if fit else "repeat" if key in different else "predicted"
@@ -201,7 +201,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         warnings.append(f"the values do not meet the table: {words}")
     if again := count - len(different):
         repeat = f"{plural(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
-        warnings.append(f"{repeat}: state it as a check, or the intervals are too narrow")
+        warnings.append(f"{repeat}: use it as a check, or the intervals are too narrow")
     values = estimated.values_for_mission(f"fitted to {plural(count, 'number')} of the table")
     sure = [key for key in tied if any(value.stated for value in values)]
     settings = {**table.stated.known, **{key: rounded(value_of(mission, key)) for key in sure}}
@@ -254,7 +254,7 @@ def value_of(mission: Mission, key: str) -> Any:
 def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
     """The mission with its tied keys at the product of theirs."""
     factors = {key: [value_of(mission, name) for name in names] for key, names in tied.items()}
-    products = {key: math.prod(each) for key, each in factors.items() if None not in each}
+    products = {key: math.prod(parts) for key, parts in factors.items() if None not in parts}
     return mission.replace(products) if products else mission
 
 
@@ -262,10 +262,10 @@ def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -
     """One panel a quantity that the table has."""
     rows = [(printed, value, role) for (printed, value), role in zip(pairs, roles, strict=True)]
     for quantity in get_args(Cell):
-        own = [(n.observed, x, n.row, role) for n, x, role in rows if n.quantity == quantity]
-        if own:
+        seen = [(n.observed, x, n.row, role) for n, x, role in rows if n.quantity == quantity]
+        if seen:
             words, _, unit = quantity.rpartition("_")
-            observed, computed, names, kinds = zip(*own, strict=True)
+            observed, computed, names, kinds = zip(*seen, strict=True)
             heads = words.replace("_", " "), SYMBOLS_OF_UNITS[unit]
             yield Panel(*heads, observed, computed, names, roles=kinds)
 
@@ -293,8 +293,8 @@ def read_table(path: Path) -> ResultsTable:
     base, mission = content.mission, None
     base = base if base in shipped() else str(resolve_from(path.parent, base))
     with collected(faults):
-        known = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
-        mission = tie(load(base).replace(known), tied)
+        changes = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
+        mission = tie(load(base).replace(changes), tied)
     numbers = list[TableNumber]()
     for place, row in enumerate(content.rows):
         faults += _faults_of_row(f"rows[{place}].given", row.given, mission)
@@ -331,8 +331,8 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
             table = table[part]
         value, words = shown(table.pop(last)), error_words(detail)
         if detail["type"] == "extra_forbidden":
-            known = (ResultsRow if place else ResultsFile).model_fields
-            words = f"unknown key{nearest(str(last), known)}"
+            keys = (ResultsRow if place else ResultsFile).model_fields
+            words = f"unknown key{nearest(str(last), keys)}"
         parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*place, last))
         faults.append(Fault("".join(parts)[1:], value, words))
     return _valid(document)[0], faults[::-1]

@@ -19,6 +19,7 @@ from optuav.mission.building_columns import COLUMNS, corners_of, of_polygons
 from optuav.mission.buildings import Buildings
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.messages import first_ten, plural, shown
+from optuav.presentation.numbers import fixed
 
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {
@@ -43,7 +44,7 @@ def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
     if not isinstance(place, Sequence) or len(place) != 2:
         return False
     limits = Range("deg", ge=-180, le=180), Range("deg", ge=-90, le=90)
-    return all(limit.accepts(each) for limit, each in zip(limits, place, strict=True))
+    return all(limit.accepts(coordinate) for limit, coordinate in zip(limits, place, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +184,9 @@ class City:
         """Yield sentences on how the buildings were made of the file."""
         longitude, latitude = self.origin
         yield (
-            f"{plural(len(self.names), 'building')} around longitude {longitude:.6f}, latitude "
-            f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
+            f"{plural(len(self.names), 'building')} around longitude {fixed(longitude, 6)}, "
+            f"latitude {fixed(latitude, 6)}, where x = y = 0: azimuthal equidistant projection, x "
+            "east, y north"
         )
         for name, words in NOTED.items():
             if names := getattr(self, name):

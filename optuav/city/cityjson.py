@@ -24,6 +24,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission.files import refusal
 from optuav.mission.maps import UNREADABLE, system_named, table
 from optuav.mission.messages import first_ten, shown
+from optuav.presentation.numbers import figure
 
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 DEEPEST = 10  # Parts within parts
@@ -72,10 +73,10 @@ def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
                     attributes = thing.get("attributes") or {}
                     rows.append((name, wholes[name][-1], *prism, attributes))
         at, columns = "metadata or attributes", zip(*rows, strict=True) if rows else ((),) * 6
-        names, whole, surfaces, low, high, known = map(list, columns)
+        names, whole, surfaces, low, high, facts = map(list, columns)
         if len({*names}) < len(names):
             raise refusal(file, "has several objects of one name")
-        frame = table(known, names, _from_above(surfaces, names, file), _crs(parts[0]), file)
+        frame = table(facts, names, _from_above(surfaces, names, file), _crs(parts[0]), file)
         ground = pd.Series(low, dtype=float).groupby(whole).transform("min").to_numpy()
         frame[SOLID] = np.where(np.equal(low, high), 0.0, high - ground)
     except InputError:
@@ -98,7 +99,7 @@ def _corners(document: dict[str, Any], file: Path) -> Floats:
 def _near(corners: Floats, file: Path) -> Floats:
     """Corners, refused where they are on no map."""
     if not (np.abs(corners) < FARTHEST).all():
-        raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
+        raise refusal(file, f"has coordinates beyond {figure(FARTHEST)}")
     return corners
 
 
@@ -141,8 +142,8 @@ def _from_above(surfaces: list[list[Any]], names: list[str], file: Path) -> list
 
 def _prism(geometries: Any, corners: Floats, document: dict[str, Any], file: Path) -> Prism:
     """The geometry with surfaces of the highest level of detail."""
-    known = [_resolved(geometry, corners, document) for geometry in geometries]
-    for shape, points, placed in sorted(known, key=_detail, reverse=True):
+    resolved = [_resolved(geometry, corners, document) for geometry in geometries]
+    for shape, points, placed in sorted(resolved, key=_detail, reverse=True):
         if not (rings := [ring for ring in _outer_rings(shape) if len(ring) > 2]):
             continue
         used = np.concatenate([*map(np.array, rings)])

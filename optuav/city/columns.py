@@ -21,8 +21,8 @@ def column(frame: Any, name: str) -> Any:
         return frame[name]
     if TAGS in frame:
         pattern = f'"{re.escape(name)}"=>{QUOTED}'
-        found = frame[TAGS].astype("str").str.extract(pattern, expand=False)
-        return found.str.replace(r"\\(.)", r"\1", regex=True)
+        tags = frame[TAGS].astype("str").str.extract(pattern, expand=False)
+        return tags.str.replace(r"\\(.)", r"\1", regex=True)
     return pd.Series(math.nan, frame.index)
 
 
@@ -52,8 +52,8 @@ def affirmed(values: Any) -> Any:
 
 def columns_of(frame: Any) -> list[str]:
     """Names of the columns that the file has."""
-    own = frame.geometry.name, SOLID, "mended"
-    return [name for name in frame.columns if name not in own]
+    added = frame.geometry.name, SOLID, "mended"
+    return [name for name in frame.columns if name not in added]
 
 
 def names_in(frame: Any) -> list[str]:

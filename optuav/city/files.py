@@ -43,6 +43,7 @@ from optuav.mission.maps import (
     system_named,
 )
 from optuav.mission.messages import first_ten, plural, shown
+from optuav.presentation.numbers import figure, fixed
 
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 ZIPS = (".zip", ".shz")
@@ -90,14 +91,14 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if head.get("type") == "CityJSON":
         return solids(parts, file)
     if head.get("type") == "CityJSONFeature":
-        raise refusal(file, "is CityJSONSeq without its first line, which states the scale")
+        raise refusal(file, "is CityJSONSeq without its first line, which contains the scale")
     if isinstance(whole.get("elements"), list):
         said = whole.get("remark")  # On a time-out, after which elements are missing
-        told = (f"Overpass says {said[:LONGEST_REMARK]!r}",) if isinstance(said, str) else ()
-        if told and not whole["elements"]:
-            raise refusal(file, f"has no elements; {told[0]}")
+        remark = (f"Overpass says {said[:LONGEST_REMARK]!r}",) if isinstance(said, str) else ()
+        if remark and not whole["elements"]:
+            raise refusal(file, f"has no elements; {remark[0]}")
         frame, remarks = _of_openstreetmap(whole["elements"], file, None)
-        return frame, (*remarks, *told)
+        return frame, (*remarks, *remark)
     what = named(json.dumps(document)[:FIRST].encode())
     if what and "features" not in whole and "GeoJSON" not in what.words:
         raise refusal(file, f"is {what.words}")
@@ -107,7 +108,7 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if "crs" not in whole and not on_map:  # GeoJSON without a system should be in degrees
         frame = frame.set_crs(None, allow_override=True)
     if "crs" not in whole:
-        frame.attrs[WHY] = "is GeoJSON that states no system, so it is in"
+        frame.attrs[WHY] = "is GeoJSON without a reference system, so it is in"
     return frame, ()
 
 
@@ -124,7 +125,7 @@ def _of_openstreetmap(
                 # A way and a relation may have one number.
                 return frame if frame.index.is_unique else frame.reset_index(drop=True), remarks
         except InputError as error:
-            raise InputError(replace(each, source=label(file)) for each in error.faults) from None
+            raise InputError(replace(fault, source=label(file)) for fault in error.faults) from None
         except (RuntimeError, shapely.errors.ShapelyError):
             raise refusal(file, "cannot be read as OpenStreetMap") from None
 
@@ -153,15 +154,15 @@ def _of_parquet(file: Path, layer: str | None, bbox: Any) -> Any:
     try:
         geo = json.loads(geo_text)
         first = geo["columns"][geo["primary_column"]]
-        own = [each.name for each in schema if not pyarrow.types.is_nested(each.type)]
-        if geo["primary_column"] not in own:
-            own.append(geo["primary_column"])
-        if len(own) * rows > MOST_VALUES:
+        flat = [field.name for field in schema if not pyarrow.types.is_nested(field.type)]
+        if geo["primary_column"] not in flat:
+            flat.append(geo["primary_column"])
+        if len(flat) * rows > MOST_VALUES:
             raise refusal(file, f"has a table of more than {MOST_VALUES} cells")
         crs = first.get("crs", "OGC:CRS84")
         ours = crs is not None and pyproj.CRS.from_user_input(crs).is_geographic
         within = bbox if ours and "bbox" in first.get("covering", ()) else None
-        frame = geopandas.read_parquet(file, columns=own, bbox=within)
+        frame = geopandas.read_parquet(file, columns=flat, bbox=within)
     except (pyarrow.ArrowException, OSError, *UNREADABLE, shapely.errors.ShapelyError):
         raise refusal(file, "is not GeoParquet that geopandas reads") from None
     return frame if frame.index.is_unique else frame.reset_index(drop=True)
@@ -187,11 +188,11 @@ def _unpacked(file: Path, folder: Path) -> Path:
                 names = ", ".join(map(repr, maps[:10])) or "none"
                 raise refusal(file, f"holds {plural(len(maps), 'map')}, not one: {names}")
             if (size := sum(member.file_size for member in inside.values())) > LARGEST:
-                most = f"the {LARGEST / 1e6:g} MB that are unpacked"
-                raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
-            for name, each in inside.items():
-                if not each.is_dir():
-                    with archive.open(each) as packed, (folder / name).open("wb") as out:
+                most = f"the {figure(LARGEST / 1e6)} MB that are unpacked"
+                raise refusal(file, f"holds {fixed(size / 1e6, 0)} MB, more than {most}")
+            for name, member in inside.items():
+                if not member.is_dir():
+                    with archive.open(member) as packed, (folder / name).open("wb") as out:
                         copyfileobj(packed, out)
             return folder / maps[0]
     except BROKEN_ZIP:
@@ -232,11 +233,11 @@ def placed(file: Path, frame: Any, system: pyproj.CRS | None) -> Any:
         frame = frame.set_crs(None, allow_override=True)
     if frame.crs is not None and not _is_of_maps(frame.crs):
         if system is None:
-            words = f"states {shown(frame.crs.name)}, which is not a system of maps"
-            raise refusal(file, f"{words}; state it as crs")
+            words = f"states {shown(frame.crs.name)}, which is not a map reference system"
+            raise refusal(file, f"{words}; specify it as crs")
         frame = frame.set_crs(None, allow_override=True)
     if system is None and frame.crs is None:
-        raise refusal(file, "has no coordinate reference system; state it as crs")
+        raise refusal(file, "has no coordinate reference system; specify it as crs")
     if system is None or _same(frame.crs, system):
         return frame
     if frame.crs is not None:

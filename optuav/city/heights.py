@@ -17,6 +17,7 @@ from optuav.city.lengths import metres, parsed, storeys
 from optuav.errors import shown
 from optuav.fields import Range
 from optuav.mission.messages import first_ten
+from optuav.presentation.numbers import figure
 
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 ROOF = Range("m", gt=0, le=1200)  # No building is higher
@@ -64,12 +65,14 @@ def remarks_on(frame: Any, known: pd.DataFrame, name: str, factor: float | None)
     """Yield sentences on the unit of solids, and on values that cannot be read."""
     unit_m, source = _unit_of_solids(frame, name, factor)
     if SOLID in frame and (factor is not None or unit_m != 1.0):
-        yield f"heights of solids are in units of {unit_m:.6g} m, by {source}"
+        yield f"heights of solids are in units of {figure(unit_m)} m, by {source}"
     quoted = dict.fromkeys(zip(known["of"], known["unread"], known["stated_m"], strict=True))
     pairs = [(of, f"{of} = {value}", stated_m) for of, value, stated_m in quoted if of]
     if unread := dict.fromkeys(words for of, words, _ in pairs if of not in BASES):
         yield f"cannot be read: {first_ten([*unread])}"
-    if above := [f"{words}, roof at {high_m:.6g} m" for of, words, high_m in pairs if of in BASES]:
+    if above := [
+        f"{words}, roof at {figure(high_m)} m" for of, words, high_m in pairs if of in BASES
+    ]:
         yield f"do not begin below their roof: {first_ten(above)}"
 
 
@@ -83,9 +86,9 @@ def _stated(frame: Any, name: str, factor: float | None) -> tuple[Floats, list[Q
     values = column(frame, name)
     roof_m, quotes = _within(lengths_m(values, factor), ROOF), list[Quote]()
     if SOLID in frame:
-        own, high = name == OF_OPENSTREETMAP["height"], frame[SOLID].to_numpy()
+        is_osm_height, high = name == OF_OPENSTREETMAP["height"], frame[SOLID].to_numpy()
         solid_m = _within(high * _unit_of_solids(frame, name, factor)[0], ROOF)
-        roof_m = np.where(np.isnan(solid_m) | ~(own | np.isnan(roof_m)), roof_m, solid_m)
+        roof_m = np.where(np.isnan(solid_m) | ~(is_osm_height | np.isnan(roof_m)), roof_m, solid_m)
         quotes.append((SOLID, frame[SOLID], (high > 0.0) & np.isnan(roof_m)))
     return roof_m, [*quotes, (name, values, np.isnan(roof_m))]
 
@@ -106,19 +109,19 @@ def _by_storeys(
     frame: Any, name: str, level_height_m: float, factor: float | None
 ) -> tuple[Floats, list[Quote]]:
     """Heights [m] by storeys, with the roof by its own storeys or its height, the more of both."""
-    values, on_top, top = column(frame, name), *(tag(frame, each) for each in MORE_TAGS[:2])
+    values, on_top, top = column(frame, name), *(tag(frame, key) for key in MORE_TAGS[:2])
     floors, top_floors, top_m = (
-        *(parsed(each, storeys) for each in (values, on_top)),
+        *(parsed(quoted, storeys) for quoted in (values, on_top)),
         lengths_m(top, factor),
     )
     above_m = np.fmax(np.fmax(top_floors * level_height_m, top_m), 0.0)
     counted = _within(floors + np.nan_to_num(top_floors), STOREYS)
     roof_m = _within(floors * level_height_m + above_m, ROOF)
     roof_m = np.where(np.isnan(counted), math.nan, roof_m)
-    known = ~np.isnan(roof_m)
-    unread = known & np.isnan([top_floors, top_m])
+    has_roof = ~np.isnan(roof_m)
+    unread = has_roof & np.isnan([top_floors, top_m])
     on_roof = zip(MORE_TAGS, (on_top, top), unread, strict=False)
-    return roof_m, [(name, values, ~known), *on_roof]
+    return roof_m, [(name, values, ~has_roof), *on_roof]
 
 
 def _bases(
@@ -140,7 +143,7 @@ def _quoted(quotes: list[Quote], index: Any) -> pd.DataFrame:
     """The first value of each feature that cannot be read, and its name; empty if there is none."""
     quoted = pd.DataFrame({"unread": "", "of": ""}, index, dtype=object)
     for name, values, where in quotes:
-        stated = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
-        quoted.loc[stated, "unread"] = [*map(shown, values[stated])]
-        quoted.loc[stated, "of"] = name
+        quoting = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
+        quoted.loc[quoting, "unread"] = [*map(shown, values[quoting])]
+        quoted.loc[quoting, "of"] = name
     return quoted

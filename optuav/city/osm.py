@@ -47,8 +47,8 @@ def of_xml(file: Path) -> Iterator[Element]:
                 nodes, places = [], []
             elif item.tag in ("node", "way", "relation"):
                 if not {facts.get("action"), facts.get("visible")} & {"delete", "false"}:
-                    found = {"nodes": nodes, "geometry": places, "members": members, "tags": tags}
-                    yield {**found, **facts, "type": item.tag}
+                    element = {"nodes": nodes, "geometry": places, "members": members, "tags": tags}
+                    yield {**element, **facts, "type": item.tag}
                 tags, nodes, places, members = {}, [], [], []
                 item.clear()
     except ElementTree.ParseError as error:
@@ -98,17 +98,17 @@ def plain(elements: Iterable[Element], file: Path) -> tuple[str, tuple[str, ...]
         raise refusal(file, "is not as OpenStreetMap or Overpass writes it") from None
     if listed and not any(refs for refs, _ in ways.values()):
         raise refusal(file, NO_GEOMETRY if file.suffix != ".osm" else "has no places of its nodes")
-    own = _numbered(ways)
+    numbered = _numbered(ways)
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<osm version="0.6">']
     lines += [f'<node id="{n}" lat="{lat!r}" lon="{lon!r}"/>' for (lat, lon), n in numbers.items()]
     for ref, (refs, tags) in ways.items():
         nodes = "".join(f'<nd ref="{n}"/>' for n in refs)
-        lines.append(f'<way id="{own[ref]}">{nodes}{tags}</way>')
+        lines.append(f'<way id="{numbered[ref]}">{nodes}{tags}</way>')
     for place, (members, tags) in zip(
         _numbered(relations).values(), relations.values(), strict=True
     ):
         parts = (
-            f'<member type="way" ref="{own[ref]}" role={quoteattr(_legal(role))}/>'
+            f'<member type="way" ref="{numbered[ref]}" role={quoteattr(_legal(role))}/>'
             for ref, role in members
         )
         lines.append(f'<relation id="{place}">{"".join(parts)}{tags}</relation>')

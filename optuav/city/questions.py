@@ -29,6 +29,7 @@ from optuav.city.lengths import metres, parsed
 from optuav.errors import Fault
 from optuav.mission.files import label
 from optuav.mission.messages import first_ten, nearest, plural, shown
+from optuav.presentation.numbers import figure
 
 LIKE = {
     "height": re.compile(
@@ -73,7 +74,7 @@ def not_asked(
         if likely := [shown(name) for name in like if _states(column(bare, name))]:
             one = len(likely) == 1
             words = f"is missing for {len(bare)} of {plural(len(frame), 'building')}, but the "
-            words += f"{'column' if one else 'columns'} {first_ten(likely)} may state it: name "
+            words += f"{'column' if one else 'columns'} {first_ten(likely)} may hold them: name "
             words += f"{'this column' if one else 'one of them'} by {option}, or name "
             words += f"{shown(OF_OPENSTREETMAP[option])} to ignore {'it' if one else 'them'}"
             yield Fault(option, "", words, label(file))
@@ -81,11 +82,11 @@ def not_asked(
 
 def _is_like(name: str, option: str) -> bool:
     """Return whether a column is nearly named as that of heights or storeys."""
-    low, own = name.lower(), OF_OPENSTREETMAP[option]
+    low, tag = name.lower(), OF_OPENSTREETMAP[option]
     letters = re.sub(r"\W|_", "", low)
     cut = len(name) == SHORT and CUT_OFF[option].startswith(letters)
-    like = cut or LIKE[option].search(low) or difflib.get_close_matches(letters, [own], cutoff=0.8)
-    return bool(like) and name not in {own, *READ} and not UNLIKE.search(low)
+    like = cut or LIKE[option].search(low) or difflib.get_close_matches(letters, [tag], cutoff=0.8)
+    return bool(like) and name not in {tag, *READ} and not UNLIKE.search(low)
 
 
 def _states(values: Any) -> bool:
@@ -104,7 +105,7 @@ def in_feet(file: Path, frame: Any, name: str, factor: float | None) -> Iterator
     bare = np.isnan(parsed(values, partial(metres, factor=math.nan))) & (lengths_m(values, 1.0) > 0)
     if bare.any():
         why = f", as the map is in {unit}" if "foot" in unit else ""
-        words = f"is missing: numbers of {shown(name)} seem to be in feet{why}; state "
+        words = f"is missing: numbers of {shown(name)} seem to be in feet{why}; set "
         words += "0.3048 if they are, 1 if they are in metres"
         yield Fault("height_factor", "", words, label(file))
 
@@ -118,16 +119,16 @@ def unknown_heights(
         return
     if SOLID not in frame and not {TAGS, *names.values()} & {*columns_of(frame)}:
         words = f"no column of this name, and none for levels{_others(frame, names['height'])}"
-        words = f"{words}; or state default_height_m"
+        words = f"{words}; or set default_height_m"
         yield Fault("height", shown(names["height"]), words, label(file))
         return
-    words = f"of {plural(len(known), 'building')} without a height; state default_height_m"
+    words = f"of {plural(len(known), 'building')} without a height; set default_height_m"
     yield Fault("", "", f"{len(unknown)} {words}", label(file))
     columns = (unknown[column] for column in ("unread", "of", "stated_m"))
     for number, value, name, stated_m in zip(unknown.index, *columns, strict=True):
         words = HEIGHT_WORDS if name else "no height"
         if name in BASES:
-            words = f"must be below the roof, at {stated_m:.6g} m"
+            words = f"must be below the roof, at {figure(stated_m)} m"
         elif name == names["levels"]:
             words = STOREYS.words
         part = "" if name in ("", names["height"]) else f", {name}"
@@ -136,5 +137,5 @@ def unknown_heights(
 
 def _others(frame: Any, name: str) -> str:
     """Say which columns there are in place of one that is missing; empty without any."""
-    known = columns_of(frame)
-    return nearest(name, known) or f"; there are {first_ten(known)}" if known else ""
+    columns = columns_of(frame)
+    return nearest(name, columns) or f"; there are {first_ten(columns)}" if columns else ""

@@ -26,6 +26,7 @@ from optuav.fields import MOST_CORNERS, Range
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import misfits, path_of, shown
+from optuav.presentation.numbers import figure, typed
 
 HEIGHT = Range("m", gt=0, le=1e6)
 FACTOR = Range("m", gt=0, le=1000)  # Unit of heights
@@ -137,10 +138,10 @@ def read(
     names = {option: name or OF_OPENSTREETMAP[option] for option, name in named.items()}
     refuse(nowhere(file, frame, names))
     refuse(in_feet(file, frame, names["height"], height_factor))
-    known = heights(frame, names, level_height_m, height_factor)
-    buried, below_others = underground(frame, known)
-    known = known.assign(part=is_part, mended=frame["mended"], below_others=below_others)
-    town = geopandas.GeoDataFrame(known, geometry=frame.geometry.to_crs(DEGREES))[~buried]
+    measured = heights(frame, names, level_height_m, height_factor)
+    buried, below_others = underground(frame, measured)
+    measured = measured.assign(part=is_part, mended=frame["mended"], below_others=below_others)
+    town = geopandas.GeoDataFrame(measured, geometry=frame.geometry.to_crs(DEGREES))[~buried]
     if not len(town):
         raise refusal(file, "has no buildings above the ground")
     town, by_parts, too_high = in_place_of_outlines(town)
@@ -202,13 +203,13 @@ def _origin(file: Path, town: Any, origin: tuple[float, float] | None) -> tuple[
         raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
     if origin is None:
         if east - west > HALF_TURN:
-            middle = f"180 and {(south + north) / 2:.6g} for example"
-            raise refusal(file, f"lies on both sides of the antimeridian: state origin, {middle}")
+            middle = f"180 and {typed((south + north) / 2, 6)} for example"
+            raise refusal(file, f"lies on both sides of the antimeridian: set origin, {middle}")
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
     ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
     if max(pyproj.Geod(ellps="WGS84").inv(*ends)[2]) > FARTHEST_M:
-        words = f"has buildings more than {FARTHEST_M / 1e3:g} km from longitude, latitude"
-        raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or a nearer origin")
+        words = f"has buildings more than {figure(FARTHEST_M / 1e3)} km from longitude, latitude"
+        raise refusal(file, f"{words} = {origin}: choose a part of it by bbox, or a nearer origin")
     return origin
 
 
@@ -244,7 +245,7 @@ def _with_areas(frame: Any, file: Path) -> tuple[Any, Any]:
     The column `mended` tells which outlines were not valid.
     """
     if (np.abs(frame.total_bounds) > FARTHEST).any():
-        raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
+        raise refusal(file, f"has coordinates beyond {figure(FARTHEST)}")
     shapes, broken = mended(frame.geometry.to_numpy(), frame.index, file)
     frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
     large = shapely.area(shapes) > 0.0

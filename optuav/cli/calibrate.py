@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +12,7 @@ from optuav.cli.options import by_flags
 from optuav.cli.output import check_places, command, deliver
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, collected, refuse, shown
 from optuav.presentation.blocks import Note
+from optuav.presentation.numbers import fixed
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -33,11 +34,49 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, with confidence intervals."""
+    from optuav.mission.files import STANDARD
+
+    base, fit = _fitted(kind, files, extends, column, save, plot, never_longer=never_longer)
+    hover = None if base is None or fit.lag is None else _hover(fit, base)
+    written, faults_of_save = list[Path](), list[Fault]()
+    if save is not None:
+        with collected(faults_of_save):
+            _write(fit, save, base)
+            written.append(save)
+        if save == STANDARD:
+            refuse(faults_of_save)
+    if plot is not None and fit.panels and not faults_of_save:
+        written += _draw(fit, plot)
+    hint = ""
+    if fit.changes:
+        pairs = (("--set", f"{key}={value}") for key, value in fit.changes.items())
+        hint = f"\n{command(['optuav', 'solve', 'MISSION'], *pairs)}"
+    deliver(
+        lambda: fit.to_dict() | ({"hover_time_s": hover} if isinstance(hover, dict) else {}),
+        [*fit.blocks(), Note([*_hover_in_words(extends, hover)])],
+        as_json=as_json,
+        hint=hint,
+        written=written,
+    )
+    refuse(faults_of_save)
+
+
+def _fitted(
+    kind: Kind,
+    files: Sequence[Path],
+    extends: str | None,
+    column: Sequence[str] | None,
+    save: Path | None,
+    plot: Path | None,
+    *,
+    never_longer: bool,
+) -> tuple[Mission | None, Fit]:
+    """The mission that values extend, and the fit; or all faults of options and files at once."""
     from optuav.calibration.logs.read import LARGEST_LOG, flight_log_in
-    from optuav.mission.files import STANDARD, must_be_new, opened
+    from optuav.mission.files import must_be_new, opened
     from optuav.mission.load import load
 
-    faults, of_columns, of_data, of_save = (list[Fault]() for _ in range(4))
+    faults, of_columns, of_data = (list[Fault]() for _ in range(3))
     if never_longer and kind != "kibam":
         faults.append(Fault("--never-longer", "", f"requires KIND kibam, not {kind}"))
     with collected(faults):
@@ -70,36 +109,7 @@ def calibrate(
             fit: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files, **options)
     renamed = (by_flags(fault, {"columns": "--column"}) for fault in of_data)
     refuse([*faults, *of_columns, *renamed])
-    if extends is not None:
-        fit = replace(fit, extends=extends)
-    hover = None if base is None or fit.lag is None else _hover(fit, base)
-    written = []
-    if save is not None:
-        with collected(of_save):
-            _write(fit, save, base)
-            written.append(save)
-        if save == STANDARD:
-            refuse(of_save)
-    if plot is not None and fit.panels and not of_save:
-        written += _draw(fit, plot)
-    notes, hint = list[str](), ""
-    if isinstance(hover, str):
-        notes.append(f"{extends} with these values: {hover}")
-    elif hover:
-        value, *ends = (f"{time_s:.1f}" for time_s in hover.values())
-        between = f", 95 % between {' and '.join(ends)} s" if ends else ""
-        notes.append(f"{extends} hovers {value} s with these values{between}")
-    if fit.changes:
-        pairs = (("--set", f"{key}={value}") for key, value in fit.changes.items())
-        hint = f"\n{command(['optuav', 'solve', 'MISSION'], *pairs)}"
-    deliver(
-        lambda: fit.to_dict() | ({"hover_time_s": hover} if isinstance(hover, dict) else {}),
-        [*fit.blocks(), Note(notes)],
-        as_json=as_json,
-        hint=hint,
-        written=written,
-    )
-    refuse(of_save)
+    return base, fit if extends is None else replace(fit, extends=extends)
 
 
 def _columns(pairs: Sequence[str]) -> dict[str, str]:
@@ -170,3 +180,13 @@ def _hover(fit: Fit, mission: Mission) -> dict[str, float] | str | None:
         if ends_s := [hovers(changes) for changes in fit.edge]:
             hover_s |= {"low": min(ends_s), "high": max(ends_s)}
     return hover_s
+
+
+def _hover_in_words(extends: str | None, hover: dict[str, float] | str | None) -> Iterator[str]:
+    """Yield how long a mission hovers with the values, or why it has no plan."""
+    if isinstance(hover, str):
+        yield f"{extends} with these values: {hover}"
+    elif hover:
+        value, *ends = (fixed(time_s, 1) for time_s in hover.values())
+        between = f", 95 % between {' and '.join(ends)} s" if ends else ""
+        yield f"{extends} hovers {value} s with these values{between}"

@@ -11,6 +11,7 @@ from optuav.cli.options import by_flags, numbers_in
 from optuav.cli.output import check_places, deliver, say
 from optuav.errors import Fault, InputError, collected, refuse, shown
 from optuav.presentation.blocks import Note
+from optuav.presentation.numbers import figure
 
 if TYPE_CHECKING:
     from optuav.city.city import City
@@ -157,7 +158,9 @@ def _files(mission: Mission, remarks: Sequence[str], save: Path | None) -> dict[
         return {save or STANDARD: text.encode("utf-8")}
     if save is None:
         words = f"{len(mission.buildings)} buildings make a mission of more than the "
-        words += f"{LARGEST_TOML / 1e6:g} MB that optuav reads: choose a smaller part of the map, "
+        words += (
+            f"{figure(LARGEST_TOML / 1e6)} MB that optuav reads: choose a smaller part of the map, "
+        )
         raise InputError([Fault("bbox", "", f"{words}or --save, which writes them apart")])
     table = save.with_suffix(".parquet")
     content, named = geoparquet(mission.buildings, str(mission.crs), table)
@@ -176,9 +179,9 @@ def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) 
     for name, (x, y, z) in at_m.items():
         away_m = np.hypot(*(mission.buildings.roof_m[:, :2] - (x, y)).T).min()
         if away_m > FAR_M:
-            yield f"{name} is {away_m / 1000:.3g} km away from the nearest building"
+            yield f"{name} is {figure(away_m / 1000, 3)} km away from the nearest building"
         if z < 0.0:
-            yield f"{name} lies {-z:g} m below the ground"
+            yield f"{name} lies {figure(-z)} m below the ground"
     warnings, network = [*advice(mission)], build_network(mission)
     yield from warnings
     if not mission.devices and (network.legs.crosses[:2] != CLEAR).any():

@@ -12,7 +12,7 @@ from optuav.cli.output import say
 from optuav.errors import Fault, InputError, collected, refuse
 
 LESSONS = Path(optuav.__file__).parent / "lessons"
-"""The notebooks, and folders of data and of helpers that they import."""
+"""The notebooks, and the folder of data that they read."""
 
 SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script must print it
 
@@ -26,12 +26,11 @@ def lessons(directory: Path, scripts: bool = False) -> None:
         with collected(faults):
             must_be_new(path)
     refuse(faults)
-    inner = directory / "data", directory / "helpers"
-    folders = directory, *directory.parents, *inner
+    data = directory / "data"
+    folders = directory, *directory.parents, data
     made, new = ([path for path in some if not path.exists()] for some in (folders, files))
     make_directory(directory)
-    for folder in inner:
-        make_directory(folder)
+    make_directory(data)
     try:
         write_files(files)
     except InputError:
@@ -55,7 +54,7 @@ def _files(directory: Path, *, scripts: bool) -> dict[Path, bytes]:
         text = path.read_text("utf-8")
         name = path.with_suffix(".py").name if scripts else path.name
         files[directory / name] = (_script(json.loads(text)) if scripts else text).encode()
-    for path in sorted([*LESSONS.glob("data/*.*"), *LESSONS.glob("helpers/*.py")]):
+    for path in sorted(LESSONS.glob("data/*.*")):
         files[directory / path.relative_to(LESSONS)] = path.read_bytes()
     return files
 

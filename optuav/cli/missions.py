@@ -19,7 +19,7 @@ from optuav.cli.options import is_plan, mission_of
 from optuav.cli.output import NO, check_places, deliver, say
 from optuav.errors import Fault, decimal, refuse
 from optuav.presentation.blocks import Block, Note, Table
-from optuav.presentation.numbers import fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, typed
 
 if TYPE_CHECKING:
     from optuav.fields import MissionSection
@@ -120,7 +120,7 @@ def _shown(value: object) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return f"({', '.join(map(_shown, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return figure(value) if isinstance(value, float) else str(value)
 
 
 def _buildings(figures: Iterable[BuildingFigures]) -> Table:
@@ -133,9 +133,9 @@ def _buildings(figures: Iterable[BuildingFigures]) -> Table:
         polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
         row = (
             building.name,
-            " ".join(f"{x:g}" for x in building.position_m),
+            " ".join(figure(x) for x in building.position_m),
             polygon or " × ".join(map(_shown, size)),
-            f"{building.received_power_W:.1f}" if building.laser_sight else "no sight",
+            fixed(building.received_power_W, 1) if building.laser_sight else "no sight",
             *(fixed(time_s, otherwise="–") for time_s in times),
         )
         rows.append(row)
@@ -147,8 +147,8 @@ def _links(figures: Iterable[LinkFigures]) -> Table:
     rows = list[Sequence[str]]()
     for link in figures:
         dark = ("no sight", "–")
-        charged = f"{link.received_power_W:.1f}", f"{link.charge_current_A:.2f}"
-        known = f"{link.distance_m:.1f}", percent(link.share)
+        charged = fixed(link.received_power_W, 1), fixed(link.charge_current_A)
+        known = fixed(link.distance_m, 1), percent(link.share)
         rows.append((link.name, *known, *(charged if link.laser_sight else dark)))
     heads = ("place", "distance m", "share", "DC power W", "current A")
     return Table(heads, rows, above="beam")
@@ -202,7 +202,7 @@ def new(file: Path, source: str = "paper", **numbers: Any) -> None:
     else:
         battery = numbers.pop("battery")
         refuse(
-            Fault(name, f"{value:g}", f"goes with --from {' or '.join(SHEETS)}")
+            Fault(name, typed(value), f"goes with --from {' or '.join(SHEETS)}")
             for name, value in numbers.items()
             if value is not None
         )

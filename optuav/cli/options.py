@@ -18,6 +18,7 @@ import typer
 
 from optuav.errors import Fault, InputError, collected, decimal, integer, refuse
 from optuav.options import BatteryName, Perspective
+from optuav.presentation.numbers import figure
 
 if TYPE_CHECKING:
     from formulations.formulation import Formulation
@@ -119,7 +120,7 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     drone's datasheets. The help comes from ``words.toml``.
     """
     parameters = inspect.signature(function, eval_str=True).parameters
-    kinds = {key: each.annotation for key, each in parameters.items()}
+    kinds = {key: parameter.annotation for key, parameter in parameters.items()}
     records: dict[str, Any] = {key: kind for key, kind in kinds.items() if is_dataclass(kind)}
     own_fields: dict[str, Any] = {
         key: inspect.signature(kind, eval_str=True).parameters for key, kind in records.items()
@@ -204,7 +205,7 @@ def _of_datasheets() -> tuple[dict[str, inspect.Parameter], dict[str, str]]:
             kind: Any = kinds.get(field.annotation, float | None)
             parameters[key] = keyword_only(key, kind, None)
             usual = field.get_default()
-            known = f" {usual:g} if left out." if isinstance(usual, int | float) else ""
+            known = f" {figure(usual)} if left out." if isinstance(usual, int | float) else ""
             helps[key] = form.descriptions()[key] + known
     return parameters, helps
 

@@ -17,6 +17,7 @@ import typer
 
 from optuav.errors import encodable, printable
 from optuav.presentation.blocks import Blocks
+from optuav.presentation.numbers import fixed
 from optuav.presentation.text import as_text, filled, line_width
 
 NO, BAD_INPUT, FAILED = 1, 2, 3
@@ -145,7 +146,7 @@ def progress(unit: str = "") -> Iterator[Progress | None]:
 
     class Rate(ProgressColumn):
         def render(self, task: Task) -> Text:
-            return Text(f"{task.speed:,.0f} {unit}/s" if task.speed else "")
+            return Text(f"{fixed(task.speed, 0)} {unit}/s" if task.speed else "")
 
     columns = [BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)]
     columns[2:2] = [TextColumn("left"), TimeRemainingColumn(), Rate()] if unit else []

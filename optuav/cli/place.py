@@ -64,6 +64,16 @@ def place(
             refine=refine,
             progress=bar,
         )
+    written = _write(placed, save, save_missions, plot)
+    deliver(placed.to_dict, str(placed), as_json=as_json, written=written)
+    if not placed.selection.sites:
+        raise typer.Exit(NO)
+
+
+def _write(
+    placed: optuav.Siting, save: Path | None, save_missions: Path | None, plot: Path | None
+) -> list[Path]:
+    """Write lasers and hover times, a mission for each laser, and a picture, as asked."""
     written = list[Path]()
     if save is not None and save.suffix.lower() == ".json":
         from optuav.mission.files import write_text
@@ -79,6 +89,4 @@ def place(
         from optuav.plots.files import save_everywhere
 
         written += save_everywhere([("sites", sites(placed))], plot)
-    deliver(placed.to_dict, str(placed), as_json=as_json, written=written)
-    if not placed.selection.sites:
-        raise typer.Exit(NO)
+    return written

@@ -44,8 +44,8 @@ def problem_class(stated: str) -> type[Formulation]:
     try:
         exec(program, module.__dict__)
     except SystemExit as error:
-        raise InputError([Fault("", "", f"ended with {error!r} as it was run", name)]) from error
-    classes = {key: each for key, each in vars(module).items() if isinstance(each, type)}
+        raise InputError([Fault("", "", f"ended with {error!r} while it ran", name)]) from error
+    classes = {key: value for key, value in vars(module).items() if isinstance(value, type)}
     problems = {
         k: e for k, e in classes.items() if issubclass(e, Formulation) and not isabstract(e)
     }

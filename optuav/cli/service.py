@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import optuav
 from optuav.cli.options import numbers_in
@@ -12,7 +12,7 @@ from optuav.cli.output import progress, say
 from optuav.cli.study_options import StudyOptions
 from optuav.errors import Fault, NoPlanError, collected, refuse
 from optuav.options import Perspective
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, typed
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
@@ -48,21 +48,13 @@ def coverage(
     faults = [*_faults_of_hours(horizon_hours, hours, drones, fleet=fleet)]
     faults += faults_of_fleet(share, overlap_s)
     of_event = {"separation_m": separation_m, "flights": flights}
-    of_flights = {"start": start, "climb_m": climb_m}
-    faults += [*_goes_with("hours", hours, of_event), *_goes_with("flights", flights, of_flights)]
-    if flights is not None and start is None:
-        faults.append(Fault("start", "", "is missing: --flights needs when the event begins"))
-    elif flights is not None:
-        from optuav.service.flights import faults_of_flights
-
-        faults += faults_of_flights(start, climb_m)
+    faults += [*_goes_with("hours", hours, of_event), *_faults_of_files(flights, start, climb_m)]
     apart_m: tuple[float, ...] | None = None
     if separation_m is not None and hours is not None:
         from optuav.service.cycle import step_of
 
-        numbers = numbers_in(separation_m)
         with collected(faults):
-            apart_m = step_of(numbers[0] if len(numbers) == 1 else numbers or separation_m)
+            apart_m = step_of(_separation(separation_m))
     with collected(faults):
         cycle = optuav.coverage(
             out.mission(mission),
@@ -101,11 +93,30 @@ def coverage(
         say(f"Note  {note}", error=out.as_json)
 
 
+def _faults_of_files(
+    flights: Path | None, start: str | None, climb_m: float | None
+) -> Iterator[Fault]:
+    """Yield faults of options for files of flights."""
+    yield from _goes_with("flights", flights, {"start": start, "climb_m": climb_m})
+    if flights is not None and start is None:
+        yield Fault("start", "", "is missing: --flights needs when the event begins")
+    elif flights is not None:
+        from optuav.service.flights import faults_of_flights
+
+        yield from faults_of_flights(start, climb_m)
+
+
+def _separation(text: str) -> float | str | Sequence[float]:
+    """What --separation-m states: a number, a step, or a text that is neither."""
+    numbers = numbers_in(text)
+    return numbers[0] if len(numbers) == 1 else numbers or text
+
+
 def _goes_with(name: str, value: object, options: Mapping[str, object]) -> Iterator[Fault]:
-    """Yield options that are stated without another one, which they need."""
-    for option, stated in options.items():
-        if stated is not None and value is None:
-            yield Fault(option, str(stated), f"goes with --{name}")
+    """Yield options that are set without another one, which they need."""
+    for option, setting in options.items():
+        if setting is not None and value is None:
+            yield Fault(option, str(setting), f"goes with --{name}")
 
 
 def _faults_of_hours(
@@ -121,7 +132,7 @@ def _faults_of_hours(
         "hours": "plans an event without a gap: leave out --share and --horizon-hours",
     }
     named = ("horizon_hours", horizon_hours), ("hours", hours)
-    faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
+    faults = [Fault(name, typed(x), words[name]) for name, x in named if x is not None]
     if len(faults) + fleet > 1 or (horizon_hours is not None and drones is not None):
         return faults
     limits = [("horizon_hours", horizon_hours, horizon.HOURS), ("hours", hours, event.HOURS)]
@@ -139,7 +150,7 @@ def _turns(
     number, covers = plural(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
     figures: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
     words = f"Turns of {number} cover {percent(min(covers, 1.0))} of the time"
-    words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    words += f", {figure(overlap_s)} s of overlap" * (overlap_s > 0.0)
     if cycle.charged_by == "exchange":
         return figures, [words]
     try:
@@ -157,11 +168,14 @@ def size(
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
     hours: float | None = None,
+    separation_m: str | None = None,
     *,
     out: StudyOptions,
 ) -> None:
     """Count the drones, beams, pads, bays and packs of a fleet, for each way to charge."""
-    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s, hours)
+    apart_m: Any = None if separation_m is None else _separation(separation_m)
+    loaded = out.mission(mission)
+    table = optuav.size_fleet(loaded, prices, share, overlap_s, swap_s, hours, apart_m)
     out.deliver(table)
 
 

@@ -14,6 +14,7 @@ from optuav.cli.options import ProblemOptions, SolveOptions, by_flags, is_plan
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure, seconds
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -53,10 +54,14 @@ def solve(
             from optuav.engines.grid import Grid
 
             words = "pairs of slots of a route"
-            options["engine"] = Grid(lambda tried, most: bar(tried, most, f"{most:.3g} {words}"))
+            options["engine"] = Grid(
+                lambda tried, most: bar(tried, most, f"{figure(most, 3)} {words}")
+            )
         elif bar is not None and not one_stop:
-            words = "hover {:.3f} s so far, {} boxes examined, {} open"
-            options["progress"] = lambda *found: bar(found[1], None, words.format(*found))
+            words = "hover {} so far, {} boxes examined, {} open"
+            options["progress"] = lambda hover_s, examined, left: bar(
+                examined, None, words.format(seconds(hover_s), examined, left)
+            )
         plan = optuav.solve(asked_mission, problem, **options)
     written = [] if save is None else [plan.save(save)]
     if plot is not None:

@@ -37,6 +37,7 @@ from optuav.network.places import charging_cap
 from optuav.options import ORDERS, Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
+from optuav.presentation.numbers import figure, seconds
 from optuav.solving import Program, solve
 from optuav.solving.best_plans import wants_hover
 from optuav.solving.constraint_words import words
@@ -78,7 +79,7 @@ WITHOUT_STOPS = (
 )
 HELD = "constraints and prices are those at the hover point found, which has no price of its own"
 AT_SPEEDS = "constraints and prices are those at the speeds found"
-NO_SPEEDS = "this is for the speeds that the mission states; at others no plan was found either"
+NO_SPEEDS = "this is for the speeds that the mission sets; at other speeds no plan was found either"
 NOWHERE = "this is for hovering at w_U; elsewhere within reach no plan was found either"
 LONGEST_STATEMENT = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
@@ -97,7 +98,7 @@ def explain(
 ) -> Explanation:
     """Explain an answer: binding constraints and prices, or conflicts and repairs.
 
-    For P1 with several stops, it states their gain over one rest and one hover.
+    For P1 with several stops, it gives their gain over one rest and one hover.
 
     Parameters
     ----------
@@ -120,8 +121,8 @@ def explain(
     ------
     InputError
         If an option does not exist, contradicts another or comes with anything but a mission; if
-        the engine does not take the problem; or if a plan does not record its question, as one over
-        an edited graph or of a formulation of one's own.
+        the engine does not accept the problem; or if a plan does not record its question, such as a
+        plan over an edited graph or of a user's formulation.
     SolverError
         If the engine fails.
 
@@ -158,8 +159,8 @@ def _in_wind(question: MissionQuestion, explained: Explanation) -> Explanation:
     options = vars(question.stated)
     if question.stated.several and question.stated.time_limit_s is None:
         options = {**options, "time_limit_s": SEARCH_S}
-    known, asked = mission_and_question(question.mission, **options)
-    notes = *explained.notes, *calm_notes(known, asked, question.graph)
+    loaded, checked = mission_and_question(question.mission, **options)
+    notes = *explained.notes, *calm_notes(loaded, checked, question.graph)
     return replace(explained, notes=tuple(dict.fromkeys(notes)))
 
 
@@ -298,8 +299,8 @@ def _explained(
 
 def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
     """Say what a rest between the hovers over several devices gains over one elsewhere."""
-    asked, stays = question.stated, plan.stops
-    problem: Any = asked.problem
+    question_of_plan, stays = question.stated, plan.stops
+    problem: Any = question_of_plan.problem
     rests = [n for n, stop in enumerate(stays) if stop.kind == "rest"]
     if not (question.mission.devices and rests and isinstance(problem, P1 | P4)):
         return
@@ -308,7 +309,7 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
         return
     times_s = list[float]()
     for order in ORDERS:  # Either of them has the direct routes of P1 too
-        options = vars(replace(asked, problem=replace(problem, order=order)))
+        options = vars(replace(question_of_plan, problem=replace(problem, order=order)))
         other = solve(question.mission, graph=question.graph, **options)
         times_s += [other.hover_time_s] * bool(other)
     before, after = stays[number - 1].at, stays[number + 1].at
@@ -316,7 +317,7 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
     if not times_s:
         yield f"{where}: without a rest there, no plan exists"
     elif (gain_s := plan.hover_time_s - max(times_s)) > SAME_S:
-        least = f"the best plan hovers {max(times_s):.2f} s, {gain_s:.2f} s less"
+        least = f"the best plan hovers {seconds(max(times_s))}, {seconds(gain_s)} less"
         yield f"{where}: without a rest there, {least}"
     else:
         yield f"{where}: without a rest there, a plan hovers as long"
@@ -324,19 +325,19 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:
     """Explain how much more stops gain over one rest and one hover."""
-    asked = question.stated
-    one = question.about(replace(asked.p1, stops=1, hovers=1))
-    counts = ((asked.p1.stops, "rest"), (asked.p1.hovers, "hover"))
+    several = question.stated
+    one = question.about(replace(several.p1, stops=1, hovers=1))
+    counts = ((several.p1.stops, "rest"), (several.p1.hovers, "hover"))
     asked_for = " and ".join(f"{n} {name}{'s' * (n != 1)}" for n, name in counts)
-    limit_s = SEARCH_S if asked.time_limit_s is None else asked.time_limit_s
+    limit_s = SEARCH_S if several.time_limit_s is None else several.time_limit_s
     try:
-        options = vars(replace(asked, time_limit_s=limit_s))
+        options = vars(replace(several, time_limit_s=limit_s))
         plan = solve(question.mission, graph=question.graph, **options)
     except SolverError as error:
         explained = _explained(one)
-        known = Status.FEASIBLE if explained else Status.UNKNOWN
+        outcome = Status.FEASIBLE if explained else Status.UNKNOWN
         proof = f"known for one rest and one hover only: {explained.plan.proof}"
-        answered = explained.plan.model_copy(update={"status": known, "proof": proof})
+        answered = explained.plan.model_copy(update={"status": outcome, "proof": proof})
         note = f"at most {asked_for}: {error}"
         return replace(explained, plan=answered, notes=(note, *explained.notes))
     if not plan:
@@ -345,9 +346,9 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
     gain = " make a plan possible: with one rest and one hover none exists"
     if single:
         gain_s = plan.hover_time_s - single.hover_time_s
-        compared = f"one rest and one hover in one piece, {single.hover_time_s:.2f} s"
-        change = f"{abs(gain_s):.2f} s {'longer' if gain_s > 0.0 else 'shorter'}"
-        gain = f": {plan.hover_time_s:.2f} s of hover, {change} than with {compared}"
+        compared = f"one rest and one hover in one piece, {seconds(single.hover_time_s)}"
+        change = f"{seconds(abs(gain_s))} {'longer' if gain_s > 0.0 else 'shorter'}"
+        gain = f": {seconds(plan.hover_time_s)} of hover, {change} than with {compared}"
     if gain_s is None or abs(gain_s) > SAME_S:
         notes = (f"at most {asked_for}{gain}", WITHOUT_STOPS)
         return Explanation(plan, notes=notes, more_stops_open=True, gain_s=gain_s)
@@ -375,11 +376,11 @@ def _optimum(
     second = float(solution.second[entry])
     notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
-        best = f"the optimum with continuous times, {solution.objective[entry]:.6g} {sought}"
+        best = f"the optimum with continuous times, {figure(solution.objective[entry])} {sought}"
         belong = "constraints, proof and prices belong to"
         notes.append(f"an answer in slots has no shadow prices: {belong} {best}")
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
-        notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
+        notes.append(f"solving again returns {seconds(hover_s, 6)} of hover, not the plan's")
     if len(tied) > 1:
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
         ways = ", ".join(" → ".join(route) for route in routes[:4])
@@ -401,8 +402,8 @@ def _objective(model: Model) -> str:
     goal, names = model.objective, {"hover_time_s": "hover", "rest_time_s": "rest"}
     units = {model.objective_unit} - {""} or {leaf.unit for leaf in leaves(goal)}
     unit = units.pop() if len(units) == 1 and units != {"1"} else ""
-    known = names.get(goal.name) if isinstance(goal, Variable) else None
-    return f"{unit} of {known}" if unit and known else unit or f"of {known or 'the objective'}"
+    noun = names.get(goal.name) if isinstance(goal, Variable) else None
+    return f"{unit} of {noun}" if unit and noun else unit or f"of {noun or 'the objective'}"
 
 
 def _sides(

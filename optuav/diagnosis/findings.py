@@ -77,9 +77,9 @@ class Findings:
         plan = self.plan
         names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
         names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
-        own = ["objective", "constraints", "bound", "prices", "key_prices"]
-        own = own if plan else ["conflicts", "repairs"]
-        own += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
+        of_explanation = ["objective", "constraints", "bound", "prices", "key_prices"]
+        of_explanation = of_explanation if plan else ["conflicts", "repairs"]
+        of_explanation += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
         fields = {name: getattr(plan, name) for name in names}
-        fields |= {name: getattr(self, name) for name in own}
+        fields |= {name: getattr(self, name) for name in of_explanation}
         return {"mission": plan.mission.name, "status": plan.status.value, **plain(fields)}

@@ -18,7 +18,7 @@ from optuav.network.network import Network
 from optuav.network.places import laser_reach, on_landing
 from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
-from optuav.presentation.numbers import figure, percent, with_unit
+from optuav.presentation.numbers import amperes, figure, percent, seconds, with_unit
 from optuav.solving import Program
 from optuav.solving.program import route_model_of
 
@@ -91,23 +91,25 @@ class Conclusion(NamedTuple):
 def verdict(plan: Plan, broken: Iterable[str] = ()) -> Conclusion:
     """Return the verdict; broken are the kinds of constraints that even the flight breaks."""
     if not plan:
-        known = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
-        reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        causes = [WHY_NOT_EVEN_FLOWN[kind] for kind in broken if kind in WHY_NOT_EVEN_FLOWN]
+        reason = (
+            causes[0] if causes else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        )
         return Conclusion(
             "", "no plan", STATED.sub(lambda m: f"{LIMITS_BY_KEY[m[1]]} of ", reason), False
         )
-    hover = f"{plan.hover_time_s:.2f} s of hover"
+    hover = f"{seconds(plan.hover_time_s)} of hover"
     if not plan.hover_time_s:  # as on the shortest trip
-        hover = f"{plan.mission_time_s:.2f} s of travel"
+        hover = f"{seconds(plan.mission_time_s)} of travel"
     if plan.flyable is not False:
         return Conclusion(hover, "flies" if plan.flyable else "not simulated", "", True)
     event, reason = "cannot be flown", next(iter(plan.faults), "")
     if (dry_s := plan.runs_dry_s) is not None:
         turns = plan.mission.battery.takes_turns
-        event = f"falls at {dry_s:.0f} s"
+        event = f"falls at {seconds(dry_s, 0)}"
         reason = "no pack is left to fly on" if turns else "the available well is empty"
     elif (full_s := plan.overfull_s) is not None:
-        event = f"overfills at {full_s:.0f} s"
+        event = f"overfills at {seconds(full_s, 0)}"
         reason = "the available well is full and accepts less than the plan assumes"
     return Conclusion(f"{hover} promised", event, reason, False)
 
@@ -121,11 +123,11 @@ def route(plan: Plan) -> str:
             stays.append(f"hover over {', '.join(others)}{' and ' * bool(others)}{last}")
             continue
         for stop in stops:
-            lasts = f"{stop.duration_s:.1f} s"
+            lasts = seconds(stop.duration_s, 1)
             rest = f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}"
             stays.append(rest if kind == "rest" else "hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
-    return _sentence_words(words) if stays else ""
+    return sentence(words) if stays else ""
 
 
 def header(program: Program, explained: Findings) -> dict[str, object]:
@@ -195,7 +197,7 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     role = ROLES.get(kind, "bounds")
     words = {
         "charge": f"charge left: {percent(limits.min_soc)}",
-        "deadline": f"deadline: {limits.deadline_s:.6g} s",
+        "deadline": f"deadline: {figure(limits.deadline_s)} s",
     }.get(role, constraint.label if kind != "bounds" else "")
     short = words.partition(":")[0]
     if isinstance(moment, StepEnd) and role == "charge":
@@ -206,8 +208,8 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     return Curve(role, words, short, SYMBOLS.get(role, ""))
 
 
-def _sentence_words(words: str) -> str:
-    """Words as a sentence, none for none; a symbol of a user's problem keeps its case."""
+def sentence(words: str) -> str:
+    """Return words as a sentence, none for none; a symbol of a user's problem keeps its case."""
     if not words:
         return ""
     first, *_ = words.split(" ")
@@ -223,8 +225,8 @@ def binding(explained: Findings) -> str:
         return ""
     named = ((kind, side) for kind in LIMIT_NOUNS for side in binding_sides if side.kind == kind)
     binds = [*dict.fromkeys(_landed(side) or LIMIT_NOUNS[kind] for kind, side in named)]
-    own = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
-    binds += dict.fromkeys(side.label for side in own)  # Constraints of a user's problem
+    of_problem = [side for side in binding_sides if side.kind not in (*LIMIT_NOUNS, "bounds")]
+    binds += dict.fromkeys(side.label for side in of_problem)  # Constraints of a user's problem
     loose = [LIMIT_NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
     if len(binds) > 1:
         words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
@@ -234,7 +236,7 @@ def binding(explained: Findings) -> str:
         words = f"neither {' nor '.join(reversed(loose))} binds"
     else:
         words = f"{loose[0]} does not bind" if loose else ""
-    return _sentence_words(words)
+    return sentence(words)
 
 
 def _landed(side: ConstraintAtOptimum) -> str:
@@ -245,17 +247,17 @@ def _landed(side: ConstraintAtOptimum) -> str:
 
 def gains_in_words(explained: Findings) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
-    known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
+    gain_of = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
     gains = [
-        (what, f"{gain:.{2 if gain < 1.0 else 0}f} s")
+        (what, seconds(gain, 2 if gain < 1.0 else 0))
         for key, what in STEPS_IN_WORDS.items()
-        if SEEN_S <= (gain := known.get(key, 0.0)) < math.inf
+        if SEEN_S <= (gain := gain_of.get(key, 0.0)) < math.inf
     ]
     if not gains or explained.objective != "s of hover":
         return ""
     (first, most), *others = gains
     also = "".join(f", {what} {gain}" for what, gain in others)
-    return _sentence_words(f"{first} gives {most} of hover{also}")
+    return sentence(f"{first} adds {most} of hover{also}")
 
 
 MAY_BE_IDLE = ("limits.deadline_s", "limits.min_soc", "laser.power_W", "battery.charge_current_A")
@@ -295,13 +297,14 @@ def idle(explained: Findings, network: Network) -> Iterator[tuple[str, KeyWithou
         unreached = KeyWithoutEffect(0.0, None, "the laser reaches no place to stay")
         yield from ((power, unreached), (current, unreached))
     elif mission.laser.power_W >= capped_W:
-        words = f"the charging current is capped at {current_A:g} A"
+        words = f"the charging current is capped at {figure(current_A)} A"
         yield (
             power,
             KeyWithoutEffect(capped_W, None, words if capped_W else "the mission sets the current"),
         )
     elif most_A < current_A:
-        yield current, KeyWithoutEffect(most_A, None, f"the laser delivers at most {most_A:.3g} A")
+        words = f"the laser delivers at most {amperes(most_A)}"
+        yield current, KeyWithoutEffect(most_A, None, words)
 
 
 def key_of(price: Price) -> str:

@@ -149,7 +149,7 @@ def plain(value: object) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {str(name): plain(each) for name, each in value.items()}
+        return {str(name): plain(item) for name, item in value.items()}
     if isinstance(value, tuple | list):
         return [plain(element) for element in value]
     if hasattr(value, "to_dict"):
@@ -387,11 +387,11 @@ def _clash(program: Program, part: RouteModel, entry: int, meeting: Sequence[Con
     """A clash with labels and moments by the places of the route."""
     network, model, row = program.network, part.model, part.model.row(entry)
     labels = tuple(words(network, part, entry, [constraint.label for constraint in meeting]))
-    known = moments(network, part, entry)
+    moment_of = moments(network, part, entry)
     sides = evaluated(meeting, {**row, **{variable.name: 0.0 for variable in model.variables}})
     broken = []
     for label, side in zip(labels, sides, strict=True):
-        moment, kind = known.get(side.label), side.constraint.kind
+        moment, kind = moment_of.get(side.label), side.constraint.kind
         of_well = f"the available well would be {kind} {moment}"
         left, right = figure(float(side.left)), figure(float(side.right))
         compared = f"{label}: {left} {side.sense} {right} would be false"

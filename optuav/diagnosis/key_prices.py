@@ -14,6 +14,7 @@ from optuav.mission import Mission
 from optuav.mission.keys import Key, as_stated, stated_keys
 from optuav.network.network import Network
 from optuav.network.variants import Variants
+from optuav.presentation.numbers import significant
 from optuav.solving.best_plans import best_plans, takes_arrays
 from optuav.solving.question import Question
 
@@ -56,7 +57,7 @@ class KeyPrice:
     def size(self) -> float:
         """The larger change without its sign, to six digits: keys that do the same tie."""
         sides = (abs(side) for side in (self.less, self.more) if not math.isnan(side))
-        return max((float(f"{side:.6g}") for side in sides), default=0.0)
+        return max((significant(side, 6) for side in sides), default=0.0)
 
 
 def key_prices(question: Question, network: Network, second: float) -> tuple[KeyPrice, ...]:

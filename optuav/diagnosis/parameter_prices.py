@@ -132,8 +132,8 @@ def prices(
         for p in parameters
     }
     keys = stated_keys(program.network.mission).values()
-    known = {(key.name, key.unit.replace("-", "1")): key for key in keys}
-    known_keys = [known.get((parameter.key, parameter.unit)) for parameter in parameters]
+    key_of = {(key.name, key.unit.replace("-", "1")): key for key in keys}
+    known_keys = [key_of.get((parameter.key, parameter.unit)) for parameter in parameters]
     row, keyed = model.row(chosen[1]), zip(parameters, known_keys, strict=True)
     steps = [_step(p, key, float(row[p.name])) for p, key in keyed]
     again = [not brief or any(rates[p.name]) for p in parameters]
@@ -231,9 +231,9 @@ def _effects(
     for part, solution in zip(program.parts, solutions, strict=True):
         shape = (len(steps), len(part.routes))  # steps by row, routes by column
         values = {
-            name: np.array(np.broadcast_to(each.value, shape), dtype=float)
-            for name, each in part.model.given.items()
-            if np.ndim(each.value) or name in changed
+            name: np.array(np.broadcast_to(number.value, shape), dtype=float)
+            for name, number in part.model.given.items()
+            if np.ndim(number.value) or name in changed
         }
         orders, place = np.unique(
             program.network.routes.devices[part.routes], axis=0, return_inverse=True

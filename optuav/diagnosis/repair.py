@@ -29,6 +29,7 @@ from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.plan import Plan
+from optuav.presentation.numbers import typed
 from optuav.solving import Program, formulate, solve
 from optuav.solving.best_plans import impossible
 from optuav.solving.device_routes import network_for
@@ -46,7 +47,6 @@ GIVEN = "link.noise_power_W"  # Nobody can change the noise: it comes last
 WANTED = {"hover_time_s": "s"}
 """Options of the paper's problems that may be changed, with their units."""
 LARGEST_FACTOR = 1e3  # Largest change that is tried, as a factor
-WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
 NEGLIGIBLE = 1e-9  # Share of a change that is as good as none
@@ -132,18 +132,19 @@ class Repair:
     def __str__(self) -> str:
         if self.value is None:
             return f"{self.key} left out"
-        if self.comparison == "==":
+        if self.comparison == "==" or not isinstance(self.value, int | float):
             return f"{self.key} = {shown(self.value)}"
         if self.up_to is None:
-            return f"{self.key} {self.comparison} {self.value:{WRITTEN}}"
+            return f"{self.key} {self.comparison} {typed(self.value)}"
         low, high = (self.value, self.up_to)[:: 1 if self.comparison == ">=" else -1]
-        return f"{low:{WRITTEN}} <= {self.key} <= {high:{WRITTEN}}"
+        return f"{typed(low)} <= {self.key} <= {typed(high)}"
 
     @property
     def row(self) -> tuple[str, str]:
         """The change and the present value, as they are written."""
-        now = shown(self.now) if self.comparison == "==" else f"{self.now:{WRITTEN}}"
-        return str(self), f"now {now}"
+        if self.comparison == "==" or not isinstance(self.now, int | float):
+            return str(self), f"now {shown(self.now)}"
+        return str(self), f"now {typed(self.now)}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data."""
@@ -174,8 +175,8 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     def rank(repair: Repair) -> tuple[bool, bool, list[bool], bool, float, str]:
         planned = [not repair.key.startswith(name) for name in PLANNED]
         last = repair.key == "limits.keep_soc"
-        given = repair.key == GIVEN
-        return "." in repair.key, given, planned, last, repair.size, repair.key
+        is_given = repair.key == GIVEN
+        return "." in repair.key, is_given, planned, last, repair.size, repair.key
 
     return tuple(sorted(changes, key=rank))
 
@@ -259,15 +260,15 @@ def searched(
 ) -> dict[Direction, Repair]:
     """Run searches in some directions together; every round judges all their values at once."""
     searches: dict[Direction, Search] = {way: search(*way) for way in ways}
-    values = {way: next(each) for way, each in searches.items()}
-    known, by_direction = dict[Trial, bool](), dict[Direction, Repair]()
+    values = {way: next(search) for way, search in searches.items()}
+    works, by_direction = dict[Trial, bool](), dict[Direction, Repair]()
     while values:
         trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)
-        if new := [trial for trial in trials if trial not in known]:
-            known.update(zip(new, judge(new), strict=True))
+        if new := [trial for trial in trials if trial not in works]:
+            works.update(zip(new, judge(new), strict=True))
         for way, some in list(values.items()):
             try:
-                values[way] = searches[way].send([known[way[0], value] for value in some])
+                values[way] = searches[way].send([works[way[0], value] for value in some])
             except StopIteration as end:
                 del values[way]
                 if end.value is not None:

@@ -20,7 +20,7 @@ from optuav.diagnosis.in_words import (
 from optuav.diagnosis.infeasibility import Certificate, Conflict
 from optuav.plan.summary import question_blocks
 from optuav.presentation.blocks import Block, Facts, Fold, Table
-from optuav.presentation.numbers import percent, with_unit
+from optuav.presentation.numbers import figure, percent, seconds, with_unit
 from optuav.presentation.presented import Presented
 
 MOST_REPAIRS = 12
@@ -83,8 +83,8 @@ class Explanation(Presented, Findings):
         yield from _optimum(self) if self else _no_plan(self)
         if self.doubt_costs_s:
             (costliest, gain_s), *_ = self.doubt_costs_s.items()
-            words = f"{costliest} costs most: {gain_s:.3f} s of hover on the robust route"
-            rows = [(number, f"{cost_s:.3f} s") for number, cost_s in self.doubt_costs_s.items()]
+            words = f"{costliest} costs most: {seconds(gain_s)} of hover on the robust route"
+            rows = [(number, seconds(cost_s)) for number, cost_s in self.doubt_costs_s.items()]
             yield Table((), rows, label="Doubt", above=words)
         yield Facts([("Note", note) for note in self.notes])
 
@@ -127,7 +127,7 @@ def conflict_blocks(conflict: Conflict, slot_s: float | None) -> Iterator[Block]
         if proof.broken:
             even = "without" if together else "even without"
             lines.append(("  there", f"{'; '.join(proof.broken)}, {even} any stay"))
-        far = "" if math.isinf(proof.far_s) else f" whose sum is at most {proof.far_s:g} s"
+        far = "" if math.isinf(proof.far_s) else f" whose sum is at most {figure(proof.far_s)} s"
         words = f"bracketed: no times{far} satisfy them"
         words += " all, but some do if any one of them is left out" if together else ""
         yield Facts([*lines, ("  proof", words)])
@@ -156,7 +156,7 @@ def _limit(side: ConstraintAtOptimum) -> str:
 def _optimum(explained: Explanation) -> Iterator[Block]:
     """Stays, binding limits, slack, proof and prices."""
     plan, sides = explained.plan, explained.constraints
-    stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
+    stays = [f"{stop.kind} {seconds(stop.duration_s)} at {stop.at}" for stop in plan.stops]
     lines = [("Optimum", ", ".join(stays))]
     if words := binding(explained):
         lines.append(("What binds", words))

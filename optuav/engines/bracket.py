@@ -314,8 +314,8 @@ def rows_and_tops(
                 continue
             least, slope = np.maximum(terms.get(CONSTANT, 0.0), 0.0), terms[own]
             shortens: Booleans = np.ones(programmes, bool)
-            for each, other in terms.items():
-                shortens = shortens & ((each == CONSTANT) | (np.asarray(other) <= 0.0))
+            for monomial, other in terms.items():
+                shortens = shortens & ((monomial == CONSTANT) | (np.asarray(other) <= 0.0))
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 most = np.where(shortens & (slope < 0.0), least / -slope, np.inf)
             tops[k] = np.minimum(tops[k], most)
@@ -340,7 +340,7 @@ def _tapered(
 ) -> Interval:
     """The best of three points with the taper, its smallest y, and the bound without it."""
     tapered = dict.fromkeys(form.constraint for form in forms if form.relaxed and form.constraint)
-    values = {name: each.value for name, each in model.given.items()} | {**given}
+    values = {name: parameter.value for name, parameter in model.given.items()} | {**given}
 
     def margin(x: Floats, y: Floats, which: Integers) -> Floats:
         """Return the slack of the constraints, with the taper, at points of some programmes."""
@@ -395,7 +395,7 @@ def some_point(
 
 @dataclass(frozen=True)
 class Bracket(Engine):
-    """The engine of the longest time that limits of battery wells allow.
+    """The engine that finds the longest time within the limits of the battery's wells.
 
     Examples
     --------

@@ -174,14 +174,14 @@ class CasadiProgramme:
         slope = casadi.Function("slope", [unknowns, numbers], [casadi.gradient(cost, unknowns)])
         gradients = casadi.jacobian(casadi.SX(casadi.vertcat(*rows)), unknowns)
         normals = casadi.Function("normals", [unknowns, numbers], [gradients])
-        programmes, known = [], casadi.vertcat(numbers, steepness)
+        programmes, passed = [], casadi.vertcat(numbers, steepness)
         for k, goal in enumerate([cost / steepness, *preferences]):
-            programme = {"x": unknowns, "p": known, "f": goal, "g": casadi.vertcat(*rows)}
+            programme = {"x": unknowns, "p": passed, "f": goal, "g": casadi.vertcat(*rows)}
             with errors_named():
                 programmes.append(casadi.nlpsol("programme", "ipopt", programme, self.options))
             if k < len(preferences):
                 rows.append(goal - floors[k])
-                known = casadi.vertcat(known, floors[k])
+                passed = casadi.vertcat(passed, floors[k])
         return Functions(slope, normals, programmes, least, most)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")

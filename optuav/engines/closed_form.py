@@ -24,7 +24,7 @@ from optuav.status import Status
 NAME = "closed-form"
 PROOF = "closed form: linear programming duality"
 NUMBERS_AT_ONCE = 1 << 16
-TOLERANCE = 1e-11
+VERTEX_TOLERANCE = 1e-11
 """Relative to the size of a candidate; rows and directions are scaled to unit length first."""
 FOUND_OUT = (Status.OPTIMAL, Status.INFEASIBLE, Status.UNBOUNDED, Status.ERROR)
 PARALLEL = 1e-13  # Sine of the angle below which two rows do not meet
@@ -41,7 +41,7 @@ def solve(
     """
     unknowns, numbers = len(model.variables), values or {}
     if not 1 <= unknowns <= MOST_UNKNOWNS:
-        raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
+        raise ValueError(f"{NAME} accepts one or two unknowns, the model has {unknowns}")
     lower = [evaluate(variable.lower, numbers) for variable in model.variables]
     for variable, bound in zip(model.variables, lower, strict=True):
         if np.isneginf(bound).any():
@@ -88,15 +88,15 @@ def _best_vertices(
     c = directions / _sizes(directions)[:, None]
     candidates, multipliers = _intersections(a, b, c[0], bases)
     terms = a[:, None] * candidates
-    allowance = TOLERANCE * np.maximum(1.0, np.abs(terms).max(axis=2))
+    allowance = VERTEX_TOLERANCE * np.maximum(1.0, np.abs(terms).max(axis=2))
     feasible = (terms.sum(axis=2) - b[:, None] <= allowance).all(axis=0)
     best = feasible.copy()
     for goal, direction in enumerate(c):
         reached = np.where(best, (direction * candidates).sum(axis=1), -np.inf)
         top = reached.max(axis=0)
-        best &= reached >= top - TOLERANCE * np.maximum(1.0, np.abs(top))
+        best &= reached >= top - VERTEX_TOLERANCE * np.maximum(1.0, np.abs(top))
         if not goal:
-            proved = (best & (multipliers >= -TOLERANCE).all(axis=1)).any(axis=0)
+            proved = (best & (multipliers >= -VERTEX_TOLERANCE).all(axis=1)).any(axis=0)
     points = candidates[best.argmax(axis=0), :, np.arange(a.shape[2])].T + 0.0
     return points, np.where(feasible.any(axis=0), np.where(proved, 0, 2), 1)
 

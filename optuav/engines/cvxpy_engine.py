@@ -25,9 +25,10 @@ from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot
 from optuav.engines.registry import OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
-from optuav.modelling.check import TOLERANCE
+from optuav.modelling.check import CONSTRAINT_TOLERANCE
 from optuav.modelling.expression import Expression, Operand, Variable
 from optuav.modelling.model import Model
+from optuav.presentation.numbers import figure
 from optuav.status import Status
 
 NAME = "cvxpy"
@@ -80,7 +81,7 @@ def installed(
         options |= {"presolve": "off", "mip_heuristic_run_feasibility_jump": False}
     if time_limit_s is not None:
         if name not in TIME_LIMITS:
-            raise InputError(f"the solver {name} takes no time limit")
+            raise InputError(f"the solver {name} accepts no time limit")
         options[TIME_LIMITS[name]] = time_limit_s
     return name, options
 
@@ -210,8 +211,8 @@ class CvxpyProgramme:
         more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))
         if excess > GAP or more > GAP * max(1.0, abs(best)):
             raise SolverError(
-                f"{NAME} with {self.solver} says {words}, but its answer violates a row "
-                f"by a share of {excess:.2g} and may be {max(0.0, more):.2g} short of the best"
+                f"{NAME} with {self.solver} says {words}, but its answer violates a row by a share "
+                f"of {figure(excess, 2)} and may be {figure(max(0.0, more), 2)} short of the best"
             )
 
     def _preferred(self, goals: Floats, x: Floats) -> Floats:
@@ -233,7 +234,8 @@ class CvxpyProgramme:
         """Rows in numbers of slots; bounds of unknowns become their first and last slot."""
         ranges = slot_ranges(self.model, values, slot_s)
         a = form.normals[..., 0] * np.where(self.counted, slot_s, 1.0)
-        b = form.limits[..., 0] + TOLERANCE * np.maximum(1.0, np.abs(form.limits[..., 0]))
+        limits = form.limits[..., 0]
+        b = limits + CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(limits))
         for row, k in form.bounds:
             if self.counted[k]:
                 first, last = ranges[form.names[k]]

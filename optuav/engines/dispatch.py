@@ -35,23 +35,23 @@ def preferred(model: Traits, slots: bool) -> Engine:
     """The first engine that takes a model, in slots one for only slots; refused if none does."""
     able = (one for one in map(engine, engine_names()) if not one.obstacle(model, slots))
     if slots:
-        found = min(able, key=lambda one: one.slots is not None, default=None)
+        chosen = min(able, key=lambda one: one.slots is not None, default=None)
     else:  # No more engines are loaded than are asked
-        found = next((one for one in able if one.slots is not None), None)
-    if found is not None:
-        return found
+        chosen = next((one for one in able if one.slots is not None), None)
+    if chosen is not None:
+        return chosen
     in_slots = takers(model, slots)
-    more = f" in continuous times: state slot_s for engine {in_slots[0]}" if in_slots else ""
-    raise InputError(f"no engine takes this model ({model}){more}")
+    more = f" in continuous times: set slot_s for engine {in_slots[0]}" if in_slots else ""
+    raise InputError(f"no engine accepts this model ({model}){more}")
 
 
 def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> None:
     """Refuse an engine that does not take a model, and say which do, or how to get a linear one."""
-    asked = engine(wanted)
-    if why := asked.obstacle(model, slots):
+    chosen = engine(wanted)
+    if why := chosen.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"
-        hint = linear if model.nonlinear and not asked.nonlinear else ""
-        words = f"engine {asked.name} does not take this model: {why}."
+        hint = linear if model.nonlinear and not chosen.nonlinear else ""
+        words = f"engine {chosen.name} does not accept this model: {why}."
         raise InputError(f"{words} Engines that do: {others}{hint}")
 
 

@@ -39,7 +39,7 @@ def need_linear(model: Model) -> None:
     """Refuse a model that LP and MPS files cannot hold."""
     if flaw := traits(model).nonlinear:
         words = "{!r} is not linear: {}".format(*flaw)
-        raise InputError(f"LP and MPS files hold linear programmes only; {words}")
+        raise InputError(f"LP and MPS files can hold only linear programmes; {words}")
 
 
 def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()) -> str:
@@ -117,7 +117,7 @@ def _by_highs(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
         used = np.flatnonzero(row)
         if not len(used) and holding(sense, 0.0, limit):
             # Another solver may not forgive the rounding of its two sides.
-            notes.append(f"{constraint.label!r} holds whatever the unknowns: left out")
+            notes.append(f"{constraint.label!r} holds for all values of the unknowns: left out")
             continue
         least = -highspy.kHighsInf if sense == "<=" else limit
         most = highspy.kHighsInf if sense == ">=" else limit
@@ -125,7 +125,7 @@ def _by_highs(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
         file.passRowName(file.getNumRow() - 1, label)
         notes.append(f"{label} is {constraint.label!r}")
     notes += [
-        f"of equal answers optuav takes the one with the smallest {Text().write(preference)}"
+        f"among equal answers optuav chooses the one with the smallest {Text().write(preference)}"
         for preference in model.preferences
     ]
     with tempfile.TemporaryDirectory() as folder:

@@ -26,11 +26,12 @@ from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single
 from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
 from optuav.errors import Fault, InputError, SolverError, shown
-from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import change_by_step, evaluate
+from optuav.presentation.numbers import figure, typed
 from optuav.status import Status
 
 NAME = "grid"
@@ -48,11 +49,17 @@ def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = Tru
     """Whole slots of each unknown [s]; refused if too many for memory or for unlimited time."""
     ranges = slot_ranges(model, parameters, slot_s).values()
     if any(last - first >= MOST_SLOTS for first, last in ranges):
-        raise InputError(f"slots of {slot_s:g} s are too short: more than {MOST_SLOTS} of them fit")
+        raise InputError(
+            f"slots of {figure(slot_s)} s are too short: more than {MOST_SLOTS} of them fit"
+        )
     count = math.prod(last - first + 1 for first, last in ranges)
     if count > MOST_CELLS and not limited:
-        words = f"longer slots, or time_limit_s: without it at most {MOST_CELLS:.0g} pairs are"
-        raise InputError([Fault("slot_s", f"{slot_s:g}", f"{words} tried, these make {count:.3g}")])
+        words = (
+            f"longer slots, or time_limit_s: without it at most {figure(MOST_CELLS, 1)} pairs are"
+        )
+        raise InputError(
+            [Fault("slot_s", typed(slot_s), f"{words} tried, these make {figure(count, 3)}")]
+        )
     return [slot_s * np.arange(first, last + 1, dtype=float) for first, last in ranges]
 
 
@@ -72,7 +79,7 @@ def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], lis
             left, right = (exponential(side, parameters, forms) for side in relation.sides)
             if relation.sense != "==":
                 form = (left - right) * relation.signs[0]
-                limit = TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
+                limit = CONSTRAINT_TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
                 test, kind = partial(_compares, form, limit), 0 if form.linear else 1
         found[kind].append(test)
     return found
@@ -147,7 +154,9 @@ def _best_cell(
         if seen:
             seen(tried, count)
         if time.monotonic() > latest:
-            raise SolverError(f"{NAME} saw {tried:.3g} of {count:.3g} cells within the time limit")
+            raise SolverError(
+                f"{NAME} saw {figure(tried, 3)} of {figure(count, 3)} cells within the time limit"
+            )
         tried += math.prod(map(np.size, block.values()))
         least = -math.inf if best is None else best[0][0] - best[1][0]
         points = _cut(block, sign * evaluate(model.objective, {**parameters, **block}) >= least)
@@ -173,8 +182,8 @@ def _best_cell(
             where = tuple(index[reached >= scores[-1] - ties[-1]] for index in where)
         if len(scores) < len(goals):
             continue
-        known = best or (scores, ties)
-        differ = (a > b for a, b, tie in zip(scores, *known[:2], strict=True) if abs(a - b) > tie)
+        rival = best or (scores, ties)
+        differ = (a > b for a, b, tie in zip(scores, *rival[:2], strict=True) if abs(a - b) > tie)
         if best is None or next(differ, False):
             best = scores, ties, cell(tuple(index[0] for index in where))
     if best is None:
@@ -240,7 +249,7 @@ class Grid(OneByOne):
         if slot_s is None:
             raise InputError(f"engine {NAME} needs the length of a slot")
         if not 1 <= (unknowns := len(model.variables)) <= MOST_UNKNOWNS:
-            raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
+            raise ValueError(f"{NAME} accepts one or two unknowns, the model has {unknowns}")
 
         @np.errstate(divide="ignore", invalid="ignore", over="ignore")
         def solve(parameters: Mapping[str, float]) -> Solution:

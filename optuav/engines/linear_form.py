@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.errors import InputError
-from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, relations
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import Affine, NotAffineError, affine, excess
 from optuav.modelling.model import Model
@@ -62,7 +62,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
         form, right = excess(relation, values, done)
         if not form.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
-            allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
+            allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
             bounds += [(len(rows), names.index(name)) for name in form.coefficients if is_bound]
@@ -106,8 +106,10 @@ def implied_upper_bounds(
         with suppress(NotAffineError):
             excesses += map(excess(relation, parameters, done)[0].times, relation.signs)
     for constant, coefficients in excesses:
-        least = constant + sum(each * lower[name] for name, each in coefficients.items())
-        if math.isinf(least) or any(each < 0.0 for each in coefficients.values()):
+        least = constant + sum(
+            coefficient * lower[name] for name, coefficient in coefficients.items()
+        )
+        if math.isinf(least) or any(coefficient < 0.0 for coefficient in coefficients.values()):
             continue
         for name, coefficient in coefficients.items():
             if coefficient > 0.0:

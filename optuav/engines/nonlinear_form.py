@@ -122,12 +122,12 @@ def nonlinear_form(model: Model, parameters: Mapping[str, float]) -> NonlinearFo
         return dict(zip(names, map(float, x), strict=True))
 
     def values(x: Floats, *trees: Operand) -> Floats:
-        known, done = {**parameters, **point(x)}, dict[int, Operand]()
-        return np.array([float(evaluate(tree, known, done)) for tree in trees])
+        numbers, done = {**parameters, **point(x)}, dict[int, Operand]()
+        return np.array([float(evaluate(tree, numbers, done)) for tree in trees])
 
     def slopes(x: Floats, *trees: Operand) -> Floats:
-        known, done = {**parameters, **point(x)}, dict[int, Operand]()
-        rates = [slope(tree, known, done).by for tree in trees]
+        values, done = {**parameters, **point(x)}, dict[int, Operand]()
+        rates = [slope(tree, values, done).by for tree in trees]
         table = [[float(by.get(name, 0.0)) for name in names] for by in rates]
         return np.array(table).reshape(len(trees), len(names))
 

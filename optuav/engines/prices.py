@@ -25,7 +25,7 @@ from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
 from optuav.frames import DataFrame, frame
-from optuav.modelling.check import TOLERANCE, evaluated, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated, relations
 from optuav.modelling.expression import Operand, Parameter, Relation
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
@@ -71,7 +71,8 @@ def _met(
     for number, relation in enumerate(constraint.relation for constraint in constraints):
         gap, right = _gap(relation, values, done)
         rate = _rate(gap, names)
-        least = (not rate[:count].any()) * TOLERANCE * np.maximum(1.0, np.abs(right.value))
+        allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right.value))
+        least = (not rate[:count].any()) * allowance
         if np.abs(gap.value) <= np.max(share * np.abs(rate) * sizes, initial=least):
             rows |= {(number, sign): sign * rate for sign in relation.signs}
     return rows
@@ -184,7 +185,7 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
         rows = rows_of(stated_forms(model, parameters), (goal, other), reach_s)
     except NotExponentialError:
         return [[point]]
-    rows.weights[0] += TOLERANCE  # Rounding ends no time that may be of any length
+    rows.weights[0] += CONSTRAINT_TOLERANCE  # Rounding ends no time that may be of any length
     longest_s = float(rows.at_x(np.array([point[goal]])).end(np.array([top]))[0])
     if math.isnan(longest_s):
         return [[point]]
@@ -248,8 +249,8 @@ class ShadowPrices(Presented, dict[str, ShadowPrice]):
     def blocks(self) -> Iterator[Block]:
         """Yield a row for each parameter."""
         rows = [
-            (name, each.symbol, "" if each.unit == "1" else each.unit, *map(figure, self[name]))
-            for name, each in self.parameters.items()
+            (name, p.symbol, "" if p.unit == "1" else p.unit, *map(figure, self[name]))
+            for name, p in self.parameters.items()
         ]
         words = "Change of the best objective per unit of a parameter, the others held"
         heads = ("parameter", "symbol", "unit", "less", "more")
@@ -306,14 +307,14 @@ def _prices_at(
         endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
         at_points = []
         for goal, rows in zip(goals, slopes, strict=True):
-            own, moving = goal[count:], rows[:, count:]
-            rates = side * (own - weights @ moving)
-            rates[np.abs(rates) <= SAME_VALUE * (np.abs(own) + weights @ np.abs(moving))] = 0.0
+            still, moving = goal[count:], rows[:, count:]
+            rates = side * (still - weights @ moving)
+            rates[np.abs(rates) <= SAME_VALUE * (np.abs(still) + weights @ np.abs(moving))] = 0.0
             blocked = (side * endless @ moving > size).any(axis=0)
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))
     sides = np.transpose(gains).tolist()
-    return {name: ShadowPrice(*each) for name, each in zip(named, sides, strict=True)}
+    return {name: ShadowPrice(*ends) for name, ends in zip(named, sides, strict=True)}
 
 
 class Residuals(NamedTuple):

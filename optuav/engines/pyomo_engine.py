@@ -44,7 +44,7 @@ class Pyomo(OneByOne):
     Parameters
     ----------
     solver
-        Name of a solver that Pyomo finds, by default HiGHS, which takes linear models.
+        Name of a solver that Pyomo finds, by default HiGHS, which accepts linear models.
     options
         Options of the solver, by its own names; HiGHS's options are checked.
 
@@ -88,7 +88,7 @@ class Pyomo(OneByOne):
 
     @property
     def nonlinear(self) -> bool:  # type: ignore[override]
-        """Whether the solver takes models that are not linear, as far as known."""
+        """Whether the solver accepts models that are not linear, as far as optuav knows."""
         return self.solver not in LINEAR
 
     @property
@@ -147,8 +147,8 @@ class Pyomo(OneByOne):
             made.kept.add(loss <= EQUAL * max(1.0, abs(reached)))
         if (word := words[0]) not in ANSWERED:
             # A local solver proves no infeasibility.
-            known = FOUND if linear or word != "infeasible" else {}
-            return solution(known.get(word, Status.UNKNOWN), f"by {self.solver}", word)
+            meanings = FOUND if linear or word != "infeasible" else {}
+            return solution(meanings.get(word, Status.UNKNOWN), f"by {self.solver}", word)
         whole = [variable.binary for variable in model.variables]
         x = np.array([unknown.value for unknown in made.unknowns.values()], float)
         bounds = np.transpose([*own_bounds(model, parameters).values()])

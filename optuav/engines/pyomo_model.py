@@ -15,6 +15,7 @@ from optuav.errors import InputError, SolverError, require
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, fold, has_unknowns
+from optuav.presentation.numbers import figure
 from optuav.silence import silent
 
 NAME = "pyomo"
@@ -88,12 +89,15 @@ def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
         return made.quantities[key]
 
     def tree(label: str, expression: Operand) -> Any:
-        known = fold(expression, leaf, applied, let, done)
-        ours, theirs = evaluate(expression, {**values, **starts}), pyo.value(known, exception=False)
+        built = fold(expression, leaf, applied, let, done)
+        ours, theirs = evaluate(expression, {**values, **starts}), pyo.value(built, exception=False)
         if theirs is not None and abs(ours - theirs) > SAME_VALUE * max(1.0, abs(ours)):
-            lost = f"{label!r} is {ours:.9g}, but {theirs:.9g} by the functions that Pyomo has"
+            lost = (
+                f"{label!r} is {figure(ours, 9)}, but {figure(theirs, 9)} by the functions that "
+                "Pyomo has"
+            )
             raise InputError(f"{lost}: its exp(x) − 1 leaves no digits of a tiny x")
-        return known
+        return built
 
     for variable in model.variables:
         unknown = made.unknowns[variable.name]

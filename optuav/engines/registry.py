@@ -62,10 +62,10 @@ class Engine(ABC):
         """Why the engine does not take a model; empty if it does."""
         if self.most_unknowns is not None and model.unknowns > self.most_unknowns:
             most = f"{self.most_unknowns} unknown{'s' * (self.most_unknowns != 1)}"
-            return f"it takes at most {most}, the model has {model.unknowns}"
+            return f"it accepts at most {most}, the model has {model.unknowns}"
         if model.nonlinear and not self.nonlinear:
             label, why = model.nonlinear
-            return f"it takes linear models only; {label!r} is not: {why}"
+            return f"it accepts only linear models; {label!r} is not: {why}"
         if "derivatives" in self.needs and model.rough:
             return f"it needs derivatives; {model.rough} has kinks, or none that are known"
         if "lower bounds" in self.needs and model.open_below:
@@ -76,9 +76,9 @@ class Engine(ABC):
             return "it looks for the largest of at most two unknowns from 0, and for nothing else"
         if "levelling" in self.needs and model.unlevelled:
             label, why = model.unlevelled
-            return f"{label!r} is not what phases of constant current give: {why}"
+            return f"{label!r} does not come from phases of constant current: {why}"
         if slots and self.slots is False:
-            return "it takes continuous times only"
+            return "it accepts only continuous times"
         return ""
 
     @abstractmethod
@@ -165,8 +165,8 @@ class OneByOne(Engine):
         self, model: Model, programmes: int, values: Values | None = None, **limits: float | None
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `Engine`."""
-        known = model.with_values(values) if values else model
-        return self.compile(known, programmes, **limits)({})
+        valued = model.with_values(values) if values else model
+        return self.compile(valued, programmes, **limits)({})
 
 
 AUTO = "auto"  # Stands for the first engine that takes a model
@@ -199,10 +199,10 @@ def conforming(given: Engine) -> Engine:
         words = f"must be an instance, such as {given.__name__}(), not the class"
         raise InputError([Fault("engine", shown(given), words)])
     if not isinstance(given, Engine) or not isinstance(getattr(given, "name", None), str):
-        words = "a name, or an instance of a subclass of Engine that states its name"
+        words = "a name, or an instance of a subclass of Engine with a name"
         raise InputError([Fault("engine", shown(given), words)])
     if hasattr(given, "takes"):
-        words = "engines state nonlinear, integer, slots, most_unknowns and needs themselves"
+        words = "must be left out; set nonlinear, integer, slots, most_unknowns and needs instead"
         raise InputError([Fault(f"{type(given).__name__}.takes", "", words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):
         raise InputError([Fault("engine", shown(given.name), "a name of its own")])
@@ -224,4 +224,4 @@ def engine(wanted: str | Engine) -> Engine:
 
 def takers(model: Traits, slots: bool) -> tuple[str, ...]:
     """Names of the engines that take a model."""
-    return tuple(each for each in engine_names() if not engine(each).obstacle(model, slots))
+    return tuple(name for name in engine_names() if not engine(name).obstacle(model, slots))

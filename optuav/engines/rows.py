@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, relations
 from optuav.modelling.declaration import Constraint
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import (
@@ -318,7 +318,8 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     sizes = np.abs(highest)
     size = sizes.sum(axis=0)
     # Never more than the tolerance of a check of the answer outside the engine.
-    weights[0] += np.minimum(ROUNDED_ROW * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
+    most = 0.5 * CONSTRAINT_TOLERANCE * np.maximum(1.0, sides)
+    weights[0] += np.minimum(ROUNDED_ROW * (size + sides), most)
     open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)
     weights[1:] *= open_ & (sizes[1:] >= DUST * size)
     weights[0] = np.where(open_, weights[0], np.inf)
@@ -327,14 +328,14 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
 
 def shares_of(stated: Sequence[StatedForm], name: str) -> tuple[float, ...]:
     """The shares of a time whose levellings are in forms, rising; the whole without any."""
-    found = {
+    shares = {
         kind
         for form, *_ in stated
         for monomial in form.terms
-        for each, kind in monomial
-        if each == name and kind != "time"
+        for factor, kind in monomial
+        if factor == name and kind != "time"
     }
-    return tuple(sorted(found)) or WHOLE
+    return tuple(sorted(shares)) or WHOLE
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
@@ -360,10 +361,10 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
             sides = [exponential(e, values, done, relaxation) for e in row.relation.sides]
             read.append((row, sides, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
-    stated = list[StatedForm]()
+    listed = list[StatedForm]()
     for row, (left, right), bounds in read:
         size = np.abs(right.terms.get(CONSTANT, 0.0))
         for sign in row.relation.signs[::-1]:
             form = applied(np.subtract, (right, left) if sign > 0.0 else (left, right))
-            stated.append(StatedForm(form, size, row, bounds))
-    return [*stated, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
+            listed.append(StatedForm(form, size, row, bounds))
+    return [*listed, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]

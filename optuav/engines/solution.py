@@ -20,7 +20,7 @@ from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import change_by_step, evaluate, has_unknowns
 from optuav.presentation.blocks import Block, Fold, Heading, Table
-from optuav.presentation.numbers import figure, with_unit
+from optuav.presentation.numbers import figure, typed, with_unit
 from optuav.presentation.presented import Presented
 from optuav.status import SAME_S, Status
 
@@ -65,7 +65,7 @@ class Solution(Presented):
     >>> (solution,) = optuav.formulate("paper", "P3", perspective="battery").answers()
     >>> solution.values["hover_time_s"].round(2).tolist(), solution.status.value
     ([688.85], 'optimal')
-    >>> {label: round(each, 2) for label, each in solution.multipliers_at(0).items()}
+    >>> {label: round(multiplier, 2) for label, multiplier in solution.multipliers_at(0).items()}
     {'P3.a state of charge': 819.02, 'P3.b hover time': 0.0}
     """
 
@@ -91,7 +91,7 @@ class Solution(Presented):
         counts = Counter(status.value for status in self.statuses)
         counted = ", ".join(f"{count} {words}" for words, count in counts.items())
         if len(self.statuses) == 1:
-            counted = f"{self.status.value}, objective {self.objective[0]:.6g}"
+            counted = f"{self.status.value}, objective {figure(self.objective[0])}"
         return f"<Solution by {self.engine}: {counted}>"
 
     def blocks(self) -> Iterator[Block]:
@@ -130,7 +130,7 @@ class Solution(Presented):
     def _lacks(self) -> str:
         """The residuals of the only answer."""
         residuals = self.residuals()._asdict().items()
-        return ", ".join(f"{name} {amount:.1g}" for name, amount in residuals)
+        return ", ".join(f"{name} {figure(amount, 1)}" for name, amount in residuals)
 
     def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
         """Label, slack as it is shown, multiplier if known, and if it binds, by constraint."""
@@ -221,7 +221,9 @@ class Solution(Presented):
     def verify(self, index: int = 0) -> Checks:
         """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
         rows = evaluated(self.declared, self._at(index))
-        broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
+        broken = [
+            f"{row.label} by {typed(float(-row.slack), 3)}" for row in rows if not row.satisfied
+        ]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
         return rows
@@ -254,8 +256,8 @@ class Solution(Presented):
 
         Empty without an answer, and in whole slots, which small changes do not move.
         """
-        known = self.duals is None or any(self.duals[index : index + 1])
-        if not known or not self.statuses[index].has_answer:
+        has_duals = self.duals is None or any(self.duals[index : index + 1])
+        if not has_duals or not self.statuses[index].has_answer:
             return ShadowPrices({}, {})
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)
@@ -343,7 +345,7 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
         return solution(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
     settled = [row for row in model.constraints if not has_unknowns(*row.relation.sides)]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
-        words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+        words = f"does not hold for all values of the unknowns: {', '.join(broken)}"
         return solution(Status.INFEASIBLE, "evaluated", words)
     return None
 

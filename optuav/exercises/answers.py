@@ -17,6 +17,7 @@ from optuav.exercises.task import Task
 from optuav.judge import Itinerary, Stop
 from optuav.mission.messages import shown
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 
 Read = TypeVar("Read")
 
@@ -53,9 +54,9 @@ def fraction(value: object) -> Fraction | None:
     return None if plain is None else Fraction(plain).limit_denominator(MOST_PARTS)
 
 
-def figure(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
+def one_number(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
     """Form of one finite number in a unit, within a range."""
-    span = f" from {least:g} to {most:g}" if math.isfinite(least) else ""
+    span = f" from {figure(least)} to {figure(most)}" if math.isfinite(least) else ""
 
     def read(task: Task, answer: object) -> float:
         value = finite(answer)
@@ -68,7 +69,7 @@ def figure(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
 
 def numbers_by_name(least: float = 0.0, **most: float) -> Form:
     """Form of several numbers by name, from a least to a largest value of each."""
-    allowed = {name: f"a number from {least:g} to {most[name]:g}" for name in most}
+    allowed = {name: f"a number from {figure(least)} to {figure(most[name])}" for name in most}
 
     def inside(name: str, answer: object) -> float | None:
         value = finite(answer)

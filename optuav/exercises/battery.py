@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 import optuav
-from optuav.exercises.answers import ITINERARY, figure, numbers_by_name
+from optuav.exercises.answers import ITINERARY, numbers_by_name, one_number
 from optuav.exercises.exercise import design, explain, predict
 from optuav.exercises.measure import equals, flown, longest, within
 from optuav.exercises.task import Condition, Conditions, Task
@@ -15,7 +15,7 @@ from optuav.mission import load
 from optuav.options import SCHEDULES
 from optuav.physics.kibam import Battery, Stage, step, time_to_empty
 from optuav.physics.packs import lifetime
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, seconds
 
 FLOW_RATE_PER_S = 2e-4
 
@@ -48,7 +48,7 @@ def _direct(task: Task, plan: Itinerary) -> Conditions:
     yield within("the charge at the landing", left_As, task["left_As"], 100.0, "A s", hint)
 
 
-@explain("01.2", figure("A s", 0.0, 1e5))
+@explain("01.2", one_number("A s", 0.0, 1e5))
 def _falls(task: Task, bound_As: float) -> Conditions:
     """One pack holds {battery.capacity_As = 30000, 30040 .. 42000} A s. The direct plan that counts
     all charge alike, `plan = optuav.solve(task.mission, 'P3', perspective='battery')`, falls from
@@ -69,7 +69,7 @@ def _falls(task: Task, bound_As: float) -> Conditions:
     yield from equals(bound_As, left_As, 50.0, "A s", hint)
 
 
-@predict("02.1", figure("%"), "matrice350")
+@predict("02.1", one_number("%"), "matrice350")
 def _more_current(task: Task, percent: float) -> Conditions:
     """On `matrice350`, the longest direct hover (P3) shrinks by {less:.1% = 0.05, 0.051 .. 0.22} if
     hovering draws more current than stated (`flight.hover_current_A`). How many percent more does
@@ -92,7 +92,7 @@ def _cell(task: Task) -> Battery:
     return Battery(float(task["capacity_As"]), task["share"], FLOW_RATE_PER_S)
 
 
-@explain("03.1", figure("A", 0.1, 500.0))
+@explain("03.1", one_number("A", 0.1, 500.0))
 def _out(task: Task, current_A: float) -> Conditions:
     """A constant current discharges a battery of {capacity_As = 15000, 15250 .. 25000} A s with the
     available fraction {share = 0.4, 0.41 .. 0.6} and the flow rate 2e-4 per second. Why does a
@@ -108,9 +108,9 @@ def _out(task: Task, current_A: float) -> Conditions:
     """
     battery = _cell(task)
     out_As = current_A * float(time_to_empty(battery, battery.full, -current_A))
-    percent = 100.0 * out_As / task["capacity_As"]
+    out = 100.0 * out_As / task["capacity_As"]
     hint = "the smaller the current, the more comes out"
-    yield within("the share that comes out", percent, 100.0 * task["out"], 0.2, "%", hint)
+    yield within("the share that comes out", out, 100.0 * task["out"], 0.2, "%", hint)
 
 
 @design("03.2", numbers_by_name(first_A=500.0, first_s=1500.0, then_A=500.0))
@@ -125,10 +125,10 @@ def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     wells, drawn_As = battery.full, 0.0
     first_s = min(load["first_s"], time_s)
     for current_A, lasts_s in ((load["first_A"], first_s), (load["then_A"], time_s - first_s)):
-        words = f"{current_A:g} A are too much"
-        yield Condition(current_A <= most_A, words, f"{most_A:g} A at most")
+        words = f"{figure(current_A)} A are too much"
+        yield Condition(current_A <= most_A, words, f"{figure(most_A)} A at most")
         dry_s = float(time_to_empty(battery, wells, -current_A)) if current_A else math.inf
-        words = f"{current_A:g} A run the available well dry after {dry_s:.1f} s"
+        words = f"{figure(current_A)} A run the available well dry after {seconds(dry_s, 1)}"
         yield Condition(dry_s >= lasts_s, words, "draw less, or for less time")
         wells = step(battery, wells, Stage(-current_A, lasts_s))
         drawn_As += current_A * lasts_s
@@ -142,7 +142,7 @@ def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     yield Condition(share >= 0.98, words, hint, min(share, 1.0), True)
 
 
-@explain("04.1", figure("s", 0.0, 1000.0))
+@explain("04.1", one_number("s", 0.0, 1000.0))
 def _overfull(task: Task, rest_s: float) -> Conditions:
     """One pack holds {battery.capacity_As = 30000, 30040 .. 42000} A s. The paper's way by b1,
     `optuav.solve(task.mission, optuav.P4('b1', order='rest-first'), perspective='battery')`, rests
@@ -178,9 +178,9 @@ def _one_rest(task: Task, plan: Itinerary) -> Conditions:
     """
     most_s = float(task["rest_s"])
     for stop in plan.stops:
-        words = f"it rests for {stop.duration_s:.1f} s"
+        words = f"it rests for {seconds(stop.duration_s, 1)}"
         short = stop.kind != "rest" or stop.duration_s <= most_s
-        yield Condition(short, words, f"a rest may last {most_s:g} s at most")
+        yield Condition(short, words, f"a rest may last {figure(most_s)} s at most")
     program = optuav.formulate(task.mission)
     for part in program.parts:
         if part.rests:
@@ -203,15 +203,18 @@ def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
       which limit does optuav.audit name?
     """
     flies_s, fails_s = hovers["flies_s"], hovers["fails_s"]
-    words = f"fails_s must be shorter than flies_s, by 1 s at most: {fails_s:g} s, {flies_s:g} s"
+    words = (
+        f"fails_s must be shorter than flies_s, by 1 s at most: {figure(fails_s)} s, "
+        f"{figure(flies_s)} s"
+    )
     yield Condition(0.0 < flies_s - fails_s <= 1.0, words, "halve the interval between them")
     hint = "audit hovers of several lengths: where do they begin to pass?"
-    yield Condition(_flies(task, flies_s), f"{flies_s:g} s cannot be flown", hint)
+    yield Condition(_flies(task, flies_s), f"{figure(flies_s)} s cannot be flown", hint)
     fails = not _flies(task, fails_s)
-    yield Condition(fails, f"{fails_s:g} s can be flown as well", hint)
+    yield Condition(fails, f"{figure(fails_s)} s can be flown as well", hint)
 
 
-@explain("16.1", figure("A", 0.5, 100.0))
+@explain("16.1", one_number("A", 0.5, 100.0))
 def _pooled(task: Task, current_A: float) -> Conditions:
     """Two packs of {capacity_As = 6000, 6050 .. 9000} A s with ω = 0.625 and k_F = 4.5e-5 per
     second carry a constant current without a pause. Pooled, they last longer than one after the
@@ -246,9 +249,13 @@ def _repaired(task: Task, plan: Itinerary) -> Conditions:
     words, hint = "the rests are not those of the task", "change only the hover between them"
     yield Condition(same and plan.stops[1].at == "hover", words, hint)
     hover_s, hint = plan.stops[1].duration_s, "optuav.audit(itinerary) lists all violations"
-    yield Condition(_flies(task, hover_s, first, last), f"{hover_s:g} s fails the audit", hint)
+    yield Condition(
+        _flies(task, hover_s, first, last), f"{figure(hover_s)} s fails the audit", hint
+    )
     fails = not _flies(task, hover_s + 1.0, first, last)
-    yield Condition(fails, f"{hover_s:g} s passes the audit", "1 s more passes too", None, True)
+    yield Condition(
+        fails, f"{figure(hover_s)} s passes the audit", "1 s more passes too", None, True
+    )
 
 
 @explain("18.1", ITINERARY)

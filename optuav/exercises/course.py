@@ -27,8 +27,8 @@ def _exercises() -> Mapping[str, Exercise]:
     """Every exercise by number."""
     parts = (vars(import_module(f"optuav.exercises.{part}")) for part in PARTS)
     items = (item for part in parts for item in part.values())
-    known = {item.number: item for item in items if isinstance(item, Exercise)}
-    return dict(sorted(known.items()))
+    exercises = {item.number: item for item in items if isinstance(item, Exercise)}
+    return dict(sorted(exercises.items()))
 
 
 def numbers(lesson: str = "") -> tuple[str, ...]:
@@ -81,23 +81,23 @@ def task(number: str, student: str = "") -> Task:
     >>> task.mission.battery.capacity_As == task["battery.capacity_As"]
     True
     """
-    known, faults = _exercises(), list[Fault]()
-    if not isinstance(number, str) or number not in known:
-        faults.append(Fault("number", shown(number), _unknown(number, known)))
+    exercises, faults = _exercises(), list[Fault]()
+    if not isinstance(number, str) or number not in exercises:
+        faults.append(Fault("number", shown(number), _unknown(number, exercises)))
     if not isinstance(student, str):
         faults.append(Fault("student", shown(student), "a text, as student='123456'"))
     if faults:
         raise InputError(faults)
-    return known[number].task(unicodedata.normalize("NFC", student.strip()))
+    return exercises[number].task(unicodedata.normalize("NFC", student.strip()))
 
 
 def _unknown(number: object, known: Mapping[str, Exercise]) -> str:
     """Say that no exercise has a number, and list the exercises of its lesson now."""
-    stated = number if isinstance(number, str) else shown(number)
-    stated = f"0{stated}" if re.fullmatch(r"[0-9]\.[0-9]+", stated) else stated
-    if stated in known or not re.fullmatch(r"([0-3][0-9]|A[12])\.[0-9]+", stated):
-        return f"no exercise has this number{nearest(stated, known)}; there are {', '.join(known)}"
-    lesson = stated.partition(".")[0]
+    text = number if isinstance(number, str) else shown(number)
+    text = f"0{text}" if re.fullmatch(r"[0-9]\.[0-9]+", text) else text
+    if text in known or not re.fullmatch(r"([0-3][0-9]|A[12])\.[0-9]+", text):
+        return f"no exercise has this number{nearest(text, known)}; there are {', '.join(known)}"
+    lesson = text.partition(".")[0]
     places = [f"in lesson {lesson} there is now {_exercise_words(lesson, known)}"]
     if lesson in RENUMBERED:
         now = RENUMBERED[lesson]
@@ -143,15 +143,15 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     >>> print(exercises.check("01.1", ...))
     exercise 01.1: no answer yet
     """
-    asked = task(number, student)
+    posed = task(number, student)
     if isinstance(answer, EllipsisType):
         return Grade(number, OPEN)
     exercise, at_fault = _exercises()[number], BaseException
     try:
-        objection, value = exercise.read(asked, answer)
+        objection, value = exercise.read(posed, answer)
         # From here on only a declaration runs code of the student's own.
         at_fault = BaseException if exercise.kind == "declare" else OptuavError
-        return exercise.grade(asked, objection, value)
+        return exercise.grade(posed, objection, value)
     except KeyboardInterrupt:
         raise
     except at_fault as error:
@@ -168,9 +168,9 @@ def _refusal(error: BaseException, answer: object) -> str:
     named = "" if isinstance(error, OptuavError) else f"{type(error).__name__}: "
     if issubclass(kind, Formulation) and not kind.__module__.startswith("formulations."):
         steps = traceback.walk_tb(error.__traceback__)
-        own = [step for step in steps if step[0].f_globals.get("__name__") == kind.__module__]
-        if own:
-            return _stopped(error, *own[-1])
+        own_steps = [step for step in steps if step[0].f_globals.get("__name__") == kind.__module__]
+        if own_steps:
+            return _stopped(error, *own_steps[-1])
         if named:
             return f"{named}{error}"
     if not isinstance(error, InputError):
@@ -185,8 +185,8 @@ def _stopped(error: BaseException, frame: FrameType, line: int) -> str:
     """Say at which line of a student's code an error stopped it."""
     text = linecache.getline(frame.f_code.co_filename, line, frame.f_globals).strip()
     where = f"line {line} of your code" + (f", {text!r}" if text else "")
-    known = dir(error.obj) if isinstance(error, AttributeError) else [*frame.f_locals]
+    names = dir(error.obj) if isinstance(error, AttributeError) else [*frame.f_locals]
     missed = isinstance(error, AttributeError | NameError) and error.name
     words = str(error)
-    spelled = nearest(missed, known) if missed and "did you mean" not in words else ""
+    spelled = nearest(missed, names) if missed and "did you mean" not in words else ""
     return f"{type(error).__name__} in {where}: {words}{spelled}"

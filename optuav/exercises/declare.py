@@ -17,6 +17,7 @@ from optuav.mission.messages import shown
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import evaluate
+from optuav.presentation.numbers import figure
 from optuav.solving import Program, formulate
 
 SIDE = 13  # Values of each unknown on the grid of points, in equal steps
@@ -46,11 +47,11 @@ def same_problem(task: Task, answer: object, asked: Model | Program) -> Conditio
     best = _solved(wanted)
     points = _points(wanted, model, best.point(0))
     yield _same_set(points, check(wanted, points), check(model, points))
-    own = _solved(model)
-    words = f"the feasible set is right, but your problem is {own.status.value}"
-    yield Condition(own.status.has_answer, words, "check the objective")
-    gap = abs(float(np.asarray(evaluate(wanted.objective, own.point(0)))) - best.objective[0])
-    at = _point_words({name: values[0] for name, values in own.values.items()})
+    solution = _solved(model)
+    words = f"the feasible set is right, but your problem is {solution.status.value}"
+    yield Condition(solution.status.has_answer, words, "check the objective")
+    gap = abs(float(np.asarray(evaluate(wanted.objective, solution.point(0)))) - best.objective[0])
+    at = _point_words({name: values[0] for name, values in solution.values.items()})
     words = f"the feasible set is right, but the optimum is wrong; yours is {at}"
     hint = "check the quantity that you maximise or minimise"
     size = max(best.second[0], abs(best.objective[0]))
@@ -67,13 +68,15 @@ def _declared(task: Task, answer: object, asked: Model | Program, unknowns: str)
     if isinstance(asked, Model):
         raise InputError([Fault("answer", shown(answer), "a Model of optuav.modelling")])
     kind = answer if isinstance(answer, type) else type(answer)
-    known = [field for field in fields(kind) if field.init] if issubclass(kind, Formulation) else []
-    unset = [f.name for f in known if f.default is MISSING and f.default_factory is MISSING]
+    settable = (
+        [field for field in fields(kind) if field.init] if issubclass(kind, Formulation) else []
+    )
+    unset = [f.name for f in settable if f.default is MISSING and f.default_factory is MISSING]
     if unset and answer is kind:
         example = f"{kind.__name__}({', '.join(f'{name}=...' for name in unset)})"
         words = f"an object with {' and '.join(unset)} set, such as {example}"
         raise InputError([Fault("answer", shown(answer), words)])
-    if not {"building", "order"} <= {field.name for field in known}:
+    if not {"building", "order"} <= {field.name for field in settable}:
         words = "an optuav.Formulation that takes any building and order"
         raise InputError([Fault("answer", shown(answer), words)])
     stated: Any = kind() if answer is kind else answer
@@ -116,10 +119,10 @@ def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str,
     for variable in model.variables:
         value, ends = best[variable.name], _extent(model, variable.name)
         ends = ends if len(ends) == 2 else (*ends, value + (abs(value) or typical))
-        known = (*ends, value, *_extent(answer, variable.name))
-        margin = BEYOND * (max(known) - min(known) or max(*map(abs, known), typical))
-        around = np.linspace(min(known) - margin, max(known) + margin, SIDE)
-        axes.append(np.arange(2.0) if variable.binary else np.unique([*around, *known]))
+        marks = (*ends, value, *_extent(answer, variable.name))
+        margin = BEYOND * (max(marks) - min(marks) or max(*map(abs, marks), typical))
+        around = np.linspace(min(marks) - margin, max(marks) + margin, SIDE)
+        axes.append(np.arange(2.0) if variable.binary else np.unique([*around, *marks]))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"))
     points = [grid.reshape(len(grid), -1)]
     for problem in (model, answer):
@@ -156,9 +159,9 @@ def _all(rows: Checks, shape: tuple[int, ...]) -> Booleans:
 def _same_set(points: Mapping[str, Floats], wanted: Checks, stated: Checks) -> Condition:
     """Return whether both statements allow the same points; the words name one that differs."""
     shape = next(iter(points.values())).shape
-    holds, own = _all(wanted, shape), _all(stated, shape)
+    holds, holds_in_answer = _all(wanted, shape), _all(stated, shape)
     clear = [np.broadcast_to(_is_clear(row), shape) for row in (*wanted, *stated)]
-    differ = np.flatnonzero((holds != own) & np.all(clear, axis=0))
+    differ = np.flatnonzero((holds != holds_in_answer) & np.all(clear, axis=0))
     if not differ.size:
         return Condition(True, "the feasible set is right")
     first = differ[0]
@@ -181,14 +184,14 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
     """Whether both objectives prefer the same of any two feasible points, such as f and 2 f."""
     holds = _all(check(wanted, points), next(iter(points.values())).shape)
     inside = {name: values[holds] for name, values in points.items()}
-    asked, own = (
+    wanted_goal, reached = (
         problem.sign * np.broadcast_to(evaluate(problem.objective, inside), int(holds.sum()))
         for problem in (wanted, model)
     )
-    own = own[np.lexsort((-own, asked))]
-    worst = (np.maximum.accumulate(own) - own).max(initial=0.0)
-    return bool(worst <= SAME_OPTIMUM_SHARE * np.abs(own).max(initial=0.0))
+    reached = reached[np.lexsort((-reached, wanted_goal))]
+    worst = (np.maximum.accumulate(reached) - reached).max(initial=0.0)
+    return bool(worst <= SAME_OPTIMUM_SHARE * np.abs(reached).max(initial=0.0))
 
 
 def _point_words(point: Mapping[str, float]) -> str:
-    return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in point.items()) + ")"
+    return "(" + ", ".join(f"{name} = {figure(value)}" for name, value in point.items()) + ")"

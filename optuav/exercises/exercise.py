@@ -74,7 +74,7 @@ class Exercise:
     @property
     def choices(self) -> Draws:
         """Choices of each number by name, at last those that follow; whole numbers stay whole."""
-        stated = {
+        choices_of = {
             name: decimals(float(first), float(second), float(last))
             if "." in first
             else range(int(first), int(last) + 1, int(second) - int(first))
@@ -83,7 +83,7 @@ class Exercise:
             )
             if last and name not in self.draws
         }
-        return {**stated, **self.draws}
+        return {**choices_of, **self.draws}
 
     def task(self, student: str) -> Task:
         """Return a student's task: a hash chooses each number, so it is the same anywhere."""

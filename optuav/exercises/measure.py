@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from optuav.exercises.task import Condition, Conditions
 from optuav.judge import Itinerary, audit
+from optuav.presentation.numbers import figure, percent, seconds, significant
 
 ROUNDED = 0.01  # Relative distance from the truth that rounding may explain
 NEAR = 0.1  # Relative distance from a usual mistake that counts as this mistake
@@ -41,23 +42,23 @@ def equals(
 def _missed(value: float, truth: float, within: float, unit: str) -> tuple[str, str]:
     """Return how a figure misses the truth, and a hint where rounding or a unit explains it."""
     near = ROUNDED * abs(truth)
-    if is_close(value, truth, near) or value in {round(truth), float(f"{truth:.2g}")} - {0}:
-        hint = f"keep all digits until the end, and answer within {within:.3g} {unit}"
-        return f"close, but not within {within:.3g} {unit}: it looks rounded", hint
+    if is_close(value, truth, near) or value in {round(truth), significant(truth, 2)} - {0}:
+        hint = f"keep all digits until the end, and answer within {figure(within, 3)} {unit}"
+        return f"close, but not within {figure(within, 3)} {unit}: it looks rounded", hint
     for factor, words in (FACTORS | FACTORS_OF_UNITS.get(unit, {})).items():
         if is_close(value * factor, truth, near) or is_close(value / factor, truth, near):
             return f"off by {words}", f"the unit is {unit}"
     if is_close(-value, truth, within):
         return "the sign is wrong", ""
-    return f"{value:.6g} {unit} is too {'large' if value > truth else 'small'}", ""
+    return f"{figure(value)} {unit} is too {'large' if value > truth else 'small'}", ""
 
 
 def within(name: str, value: float, wanted: float, by: float, unit: str, hint: str) -> Condition:
     """Return whether a quantity of a witness has the wanted value, within an amount."""
     holds = abs(value - wanted) <= by
     side = "" if holds or math.isnan(value) else ", too much" if value > wanted else ", too little"
-    words = f"{name} is {value:.6g} {unit}{side}"
-    hint = f"{wanted:.6g} ± {by:.3g} {unit} is required; {hint}"
+    words = f"{name} is {figure(value)} {unit}{side}"
+    hint = f"{figure(wanted)} ± {figure(by, 3)} {unit} is required; {hint}"
     return Condition(holds, words, hint, None, True)
 
 
@@ -66,11 +67,11 @@ def flown(itinerary: Itinerary, rests: int = 1) -> Conditions:
     audited = audit(itinerary)
     if not audited:
         events = audited.replay.violations if audited.replay else audited.events
-        words = f"it cannot be flown: at {events[0].time_s:.1f} s {events[0].words}"
+        words = f"it cannot be flown: at {seconds(events[0].time_s, 1)} {events[0].words}"
         yield Condition(False, words, "optuav.audit(itinerary) lists all violations")
-    own = sum(stop.kind == "rest" for stop in itinerary.stops)
-    words = f"it can be flown, but has {own} rest{'s' * (own != 1)}"
-    yield Condition(own <= rests, words, f"the most rests allowed: {rests}")
+    count = sum(stop.kind == "rest" for stop in itinerary.stops)
+    words = f"it can be flown, but has {count} rest{'s' * (count != 1)}"
+    yield Condition(count <= rests, words, f"the most rests allowed: {rests}")
 
 
 def longest(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -> Conditions:
@@ -78,7 +79,7 @@ def longest(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -
     yield from flown(itinerary, rests)
     hover_s = sum(stop.duration_s for stop in itinerary.stops if stop.kind == "hover")
     share = hover_s / best_s
-    percent = math.floor(1000.0 * share + 1e-6) / 10.0  # 98.96 is less than 99, and reads so
-    words = f"it can be flown, and hovers for {percent:.1f} % of the longest time"
-    hint = f"at least {100.0 * least:g} % are required"
+    reached = math.floor(1000.0 * share + 1e-6) / 1000.0  # 98.96 % is less than 99 %, and reads so
+    words = f"it can be flown, and hovers for {percent(reached, 1)} of the longest time"
+    hint = f"at least {percent(least)} are required"
     yield Condition(share >= least, words, hint, min(share, 1.0), True)

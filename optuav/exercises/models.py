@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 import optuav
-from optuav.exercises.answers import ITINERARY, figure, numbers_by_name
+from optuav.exercises.answers import ITINERARY, numbers_by_name, one_number
 from optuav.exercises.exercise import design, explain
 from optuav.exercises.measure import equals, longest, titled, within
 from optuav.exercises.task import Condition, Conditions, Task
@@ -18,7 +18,7 @@ from optuav.network import vehicle
 from optuav.physics import laser, six_stages
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_after
 from optuav.physics.packs import lifetime
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, fixed, percent
 
 
 @explain("19.1", numbers_by_name(0.001, capacity_As=1e5, available_fraction=0.999))
@@ -35,7 +35,7 @@ def _alike(task: Task, cell: Mapping[str, float]) -> Conditions:
       lifetimes with several currents show it too
     """
     least_As = 1.3 * task["capacity_As"]
-    hint = f"it must be at least {least_As:g} A s"
+    hint = f"it must be at least {figure(least_As)} A s"
     yield Condition(cell["capacity_As"] >= least_As - 1e-6, "the capacity is not 30 % more", hint)
     measured = {"capacity_As": float(task["capacity_As"]), "available_fraction": task["share"]}
     load = [(task["current_A"], 1e6)]
@@ -44,7 +44,7 @@ def _alike(task: Task, cell: Mapping[str, float]) -> Conditions:
     yield within("its lifetime", other_s, first_s, 0.002 * first_s, "s", hint)
 
 
-@explain("20.1", figure("%", 0.0, 50.0))
+@explain("20.1", one_number("%", 0.0, 50.0))
 def _heavier(task: Task, percent: float) -> Conditions:
     """The UAV of `paper` weighs {body.mass_kg = 1.0, 1.02 .. 1.4} kg. If it becomes heavier, the
     longest hover shrinks, but by fewer percent than the UAV gains. Why? The witness is how many
@@ -75,7 +75,7 @@ def _leg_s(task: Task, share: float = 1.0, wind_N: float = 0.0) -> float:
     return float(leg.loads.duration_s)
 
 
-@explain("21.1", figure("N", 0.1, 20.0))
+@explain("21.1", one_number("N", 0.1, 20.0))
 def _windy(task: Task, wind_N: float) -> Conditions:
     """The UAV weighs {body.mass_kg = 0.9, 0.92 .. 1.3} kg. A steady wind along the way from the
     origin to the hover point makes the leg take longer, whether it blows from ahead or from behind.
@@ -93,7 +93,7 @@ def _windy(task: Task, wind_N: float) -> Conditions:
     yield within("the additional time", longer, task["percent"], 0.1, "%", hint)
 
 
-@explain("22.1", figure("km", 0.05, 100.0))
+@explain("22.1", one_number("km", 0.05, 100.0))
 def _haze(task: Task, visibility_km: float) -> Conditions:
     """The laser of `paper` draws {laser.power_W = 760, 770 .. 1100} W, and the battery takes
     {battery.charge_current_A = 7.0, 7.1 .. 10.0} A at most. Light haze changes no plan. Why? The
@@ -116,7 +116,7 @@ def _haze(task: Task, visibility_km: float) -> Conditions:
     yield within("the received power", power_W, cap_W, 0.005 * cap_W, "W", hint)
 
 
-@explain("24.1", figure("s", 0.0, 1000.0))
+@explain("24.1", one_number("s", 0.0, 1000.0))
 def _paired(task: Task, half_s: float) -> Conditions:
     """Twenty towns, `optuav.layouts('paper', 20, 'uniform', buildings=4,
     seed={seed = 1, 2 .. 499})`, are solved with deadlines of 800 s and 1200 s. The mean gain of the
@@ -161,7 +161,7 @@ def _greedy(task: Task, means: Mapping[str, float]) -> Conditions:
     yield from titled("the best pair", equals(means["best_s"], best_s, 0.1, "s", hint))
 
 
-@design("28.1", figure("m", 0.005, 0.3), "relay-today")
+@design("28.1", one_number("m", 0.005, 0.3), "relay-today")
 def _telescope(task: Task, aperture_m: float) -> Conditions:
     """In `relay-today`, with a jitter of {urad = 8.0, 8.1 .. 12.0} µrad, {watts = 120, 125 .. 160}
     W must reach {reach_m = 3200, 3210 .. 4400} m in the direction of the hover point. Design the
@@ -174,7 +174,7 @@ def _telescope(task: Task, aperture_m: float) -> Conditions:
         budget = optuav.link_budget(task.mission.replace(keys), "hover")
         return float(budget.reach_m(float(task["watts"])))
 
-    words = f"an aperture of {aperture_m:.5g} m reaches {reach_m(aperture_m):.0f} m"
+    words = f"an aperture of {figure(aperture_m, 5)} m reaches {fixed(reach_m(aperture_m), 0)} m"
     hint = "which effect limits a small telescope, and which a large one?"
     yield Condition(reach_m(aperture_m) >= task["reach_m"], words, hint)
     is_least = reach_m(0.99 * aperture_m) < task["reach_m"]
@@ -186,7 +186,7 @@ FAR = load("relay-today").replace(
 )
 
 
-@design("29.1", figure("m/s", 10.0, 23.0), FAR)
+@design("29.1", one_number("m/s", 10.0, 23.0), FAR)
 def _cruise(task: Task, speed_m_s: float) -> Conditions:
     """In `task.mission`, `relay-today` with its device 4 km away, the deadline is
     {limits.deadline_s = 1480, 1481 .. 1630} s. Design a cruise speed [m/s] that gives at least
@@ -200,7 +200,7 @@ def _cruise(task: Task, speed_m_s: float) -> Conditions:
     yield Condition(share >= 0.9995, words, hint, min(share, 1.0), True)
 
 
-@explain("30.1", figure("m", 1.0, 1500.0))
+@explain("30.1", one_number("m", 1.0, 1500.0))
 def _stop(task: Task, from_end_m: float) -> Conditions:
     """The UAV of `paper` weighs {body.mass_kg = 1.0, 1.02 .. 1.3} kg. A bend hardly lengthens its
     leg from the origin to the hover point, and yet costs time. Why? The witness is the distance [m]
@@ -214,13 +214,15 @@ def _stop(task: Task, from_end_m: float) -> Conditions:
       how long do all its turns take?
     """
     near = from_end_m / float(np.linalg.norm(_way_m(task)))
-    yield Condition(near <= 0.5, f"{from_end_m:g} m is beyond the middle", "take the nearer end")
+    yield Condition(
+        near <= 0.5, f"{figure(from_end_m)} m is beyond the middle", "take the nearer end"
+    )
     cost_s = _leg_s(task, near) + _leg_s(task, 1.0 - near) - _leg_s(task)
     hint = "a stop costs most in the middle"
     yield within("the cost of the stop", cost_s, task["more_s"], 0.05, "s", hint)
 
 
-@explain("A1.1", figure("W", 300.0, 1400.0), "paper-table2")
+@explain("A1.1", one_number("W", 300.0, 1400.0), "paper-table2")
 def _volts(task: Task, power_W: float) -> Conditions:
     """In `paper-table2`, hovering draws {flight.hover_current_A = 68.0, 68.5 .. 90.0} A, and flying
     draws {flight.flight_power_W = 1250, 1260 .. 1550} W. The longest direct hover (P3) is much
@@ -242,7 +244,7 @@ def _volts(task: Task, power_W: float) -> Conditions:
     yield within("the hover by energy", by_energy_s, by_charge_s, 0.5, "s", hint)
 
 
-@explain("31.1", figure("A s", 0.0, 1e5))
+@explain("31.1", one_number("A s", 0.0, 1e5))
 def _endless(task: Task, bound_As: float) -> Conditions:
     """One pack holds {battery.capacity_As = 32000, 32100 .. 40000} A s. In each cycle the drone
     hovers {hover_s = 100, 105 .. 460} s and rests until its charge has come back;
@@ -265,7 +267,7 @@ def _endless(task: Task, bound_As: float) -> Conditions:
     yield within("after a cycle the bound well", float(end.bound_As), bound_As, 10.0, "A s", hint)
 
 
-@explain("32.1", figure("W", 1.0, 1e5), "matrice350")
+@explain("32.1", one_number("W", 1.0, 1e5), "matrice350")
 def _pads(task: Task, power_W: float) -> Conditions:
     """The packs of `matrice350` hold {battery.capacity_As = 80000, 80500 .. 120000} A s each.
     Endless coverage with fewer drones needs stronger pads, and each drone that you save costs more
@@ -302,9 +304,9 @@ def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
       the well runs dry before this limit counts
     """
     home_As, dry_As, total_As = charges["home_As"], charges["dry_As"], float(task["total_As"])
-    words, hint = "that is more than the whole charge", f"{total_As:g} A s are left"
+    words, hint = "that is more than the whole charge", f"{figure(total_As)} A s are left"
     yield Condition(home_As <= total_As, words, hint)
-    words, hint = f"they are {home_As - dry_As:g} A s apart", "home_As must be the larger one"
+    words, hint = f"they are {figure(home_As - dry_As)} A s apart", "home_As must be the larger one"
     yield Condition(0.0 < home_As - dry_As <= 20.0, words, f"{hint}, by 20 A s at most")
     battery = Battery(72_000.0, task["available_fraction"], task["flow_rate_per_s"])
     way = Stage(-float(task["flight_A"]), float(task["flight_s"]))
@@ -313,8 +315,8 @@ def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
         for value_As in (home_As, dry_As)
     )
     hint = "the charge at the landing is linear in both wells: a y1 + b y2 − g"
-    yield Condition(home >= 0.0, f"{home_As:g} A s run dry on the way", hint)
-    yield Condition(dry < 0.0, f"{dry_As:g} A s are enough as well", hint)
+    yield Condition(home >= 0.0, f"{figure(home_As)} A s run dry on the way", hint)
+    yield Condition(dry < 0.0, f"{figure(dry_As)} A s are enough as well", hint)
 
 
 @design("34.1", ITINERARY)
@@ -333,7 +335,7 @@ def _robust(task: Task, plan: Itinerary) -> Conditions:
             "body.mass_kg": 1.3 * (1.0 + 0.01 * heavier),
         }
         judged = audit(Itinerary(task.mission.replace(corner), plan.stops))
-        at = " and ".join(f"{key} = {value:.6g}" for key, value in corner.items())
+        at = " and ".join(f"{key} = {figure(value)}" for key, value in corner.items())
         yield Condition(bool(judged), f"it cannot be flown with {at}", "audit it there")
     box = {"battery.capacity_As": {"percent": packs}, "body.mass_kg": {"percent": body}}
     best = optuav.robust(task.mission, box, optuav.P4("b10", order="hover-first"))
@@ -346,13 +348,13 @@ OVER_DEVICES = ITINERARY._replace(example="[('market', 'hover', 600.0), ('b3', '
 @explain("35.1", OVER_DEVICES, "three-sensors")
 def _between(task: Task, plan: Itinerary) -> Conditions:
     """The drone of `three-sensors` has {limits.deadline_s = 3300, 3320 .. 4200} s. A rest between
-    two hovers lengthens the longest hover by minutes, and one before the first hover by nothing.
+    two hovers lengthens the longest hover by minutes, and one before the first hover by seconds.
     Why? The witness is an itinerary that rests once, between two hovers, can be flown, and hovers
     at least 99 % of the longest time, a third of it over each device. The hover points have the
     names of the devices.
 
-    + At take-off the full battery takes no charge, and later the hovers have made room for it.
-    - The laser charges more on a roof that lies between two hover points than on others.
+    + Soon after take-off the full battery takes little charge; later the hovers have made room.
+    - The laser charges far faster on a roof that lies between two hover points than on others.
       compare the currents of the rests of two plans, one before the first hover and one between
     - The way with a rest between two hovers takes less time and charge than the direct way.
       compare the flight times of both plans

@@ -7,7 +7,14 @@ import numpy as np
 
 import optuav
 from optuav.arrays import Booleans, Floats
-from optuav.exercises.answers import EXAMPLE, MULTIPLIERS, PROOFS, exact, figure, numbers_by_name
+from optuav.exercises.answers import (
+    EXAMPLE,
+    MULTIPLIERS,
+    PROOFS,
+    exact,
+    numbers_by_name,
+    one_number,
+)
 from optuav.exercises.declare import same_problem
 from optuav.exercises.exercise import decimals, declare, explain, predict, prove
 from optuav.exercises.linear import linear
@@ -22,7 +29,7 @@ from optuav.exercises.prove import (
 )
 from optuav.exercises.task import Condition, Conditions, Task
 from optuav.mission import load
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent
 
 P4 = (
     "longest hover with a rest",
@@ -151,7 +158,7 @@ def _short_rest(task: Task, numbers: Exact) -> Conditions:
     yield from optimality(model, numbers)
 
 
-@explain("09.1", figure("s", 15.0, 60.0))
+@explain("09.1", one_number("s", 15.0, 60.0))
 def _finer(task: Task, fine_s: float) -> Conditions:
     """One pack of `paper` holds {battery.capacity_As = 30000, 30100 .. 42000} A s. Slots of
     {coarse_s = 30, 31 .. 60} s cut the direct hover short:
@@ -167,13 +174,18 @@ def _finer(task: Task, fine_s: float) -> Conditions:
     """
     coarse_s, hint = float(task["coarse_s"]), "when is nearly a whole slot left over?"
     allowed = coarse_s / 2.0 <= fine_s < coarse_s
-    words = f"a slot of {fine_s:g} s is {'too short' if fine_s < coarse_s else 'not finer'}"
-    yield Condition(allowed, words, f"from {coarse_s / 2.0:g} s to less than {coarse_s:g} s")
+    words = f"a slot of {figure(fine_s)} s is {'too short' if fine_s < coarse_s else 'not finer'}"
+    yield Condition(
+        allowed, words, f"from {figure(coarse_s / 2.0)} s to less than {figure(coarse_s)} s"
+    )
     best, coarse, fine = (
         optuav.solve(task.mission, "P3", slot_s=slot_s).hover_time_s
         for slot_s in (None, coarse_s, fine_s)
     )
-    words = f"slots of {fine_s:g} s give {fine:g} s of hover, not less than the {coarse:g} s before"
+    words = (
+        f"slots of {figure(fine_s)} s give {figure(fine)} s of hover, not less than the "
+        f"{figure(coarse)} s before"
+    )
     yield Condition(fine < coarse, words, hint)
     lost = (best - fine) / fine_s
     yield Condition(lost >= 0.97, f"{percent(lost)} of a slot are lost", hint, None, True)
@@ -213,12 +225,12 @@ def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
     yield within("the hover halfway", middle_s, task["middle_s"], 0.01, "s", hint)
     short, long, middle = _feasible(task, np.array([short_s, long_s, middle_s])).tolist()
     hint = "program.check says which constraint fails"
-    yield Condition(short, f"the hover of {short_s:g} s cannot be flown", hint)
-    yield Condition(long, f"the hover of {long_s:g} s cannot be flown", hint)
+    yield Condition(short, f"the hover of {figure(short_s)} s cannot be flown", hint)
+    yield Condition(long, f"the hover of {figure(long_s)} s cannot be flown", hint)
     yield Condition(not middle, "the hover halfway can be flown too", "look further apart")
 
 
-@predict("10.2", figure("s"), STRONG_LASER)
+@predict("10.2", one_number("s"), STRONG_LASER)
 def _stuck(task: Task, hover_s: float) -> Conditions:
     """With the strong laser of `task.mission`, the rest on b9 lasts {rest_s = 52.0, 52.01 .. 55.0}
     s, and only the hover before it is free. A local search starts at a hover of 5 s and lengthens
@@ -371,7 +383,7 @@ LOADS = (
 def _cells(task: Task, multipliers: Exact) -> Conditions:
     """A table prints the charge that is left after hovers of {first_s = 600, 601 .. 700} s,
     {second_s = 720, 721 .. 820} s and {third_s = 900, 901 .. 1000} s on one path:
-    {first:.2f = 26.0, 26.01 .. 31.0} %, {second:.2f} % and {third:.2f = 4.0, 4.01 .. 8.0} %,
+    {first:.2f = 26.0, 26.01 .. 31.0} %, {fixed(second)} % and {third:.2f = 4.0, 4.01 .. 8.0} %,
     rounded to two decimals. Prove that no flight (q %) and no current (r % per second) give all
     three: find multipliers that make the sum of the constraints false.
     """

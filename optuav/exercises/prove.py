@@ -10,6 +10,7 @@ from optuav.engines import closed_form
 from optuav.engines.linear_form import linear_form
 from optuav.exercises.task import Condition, Conditions
 from optuav.modelling import Model
+from optuav.presentation.numbers import figure
 
 Exact: TypeAlias = Mapping[str, Fraction]
 
@@ -85,4 +86,4 @@ def exact_figure(value: Fraction) -> str:
     """Return a fraction as words show it, short where it has many digits."""
     if max(abs(value.numerator), value.denominator) < 10**9:
         return str(value).replace("-", "−")
-    return f"{float(value):.12g}".replace("-", "−") if abs(value) < 10**300 else "a huge number"
+    return figure(value, 12) if abs(value) < 10**300 else "a huge number"

@@ -132,9 +132,9 @@ def _flight(program: Program, none: Plan) -> Plan | None:
     if not program.parts:
         return None
     part, entry = route_model_of(program, none)
-    known = {"engine": "", "proof": none.proof, "status": Status.FEASIBLE}
+    outcome = {"engine": "", "proof": none.proof, "status": Status.FEASIBLE}
     route = int(part.routes[entry])
-    flight = route_plan(program.question, program.network, route, (0.0, 0.0), **known)
+    flight = route_plan(program.question, program.network, route, (0.0, 0.0), **outcome)
     return flight.model_copy(update={"flyable": not flight.warnings})
 
 
@@ -146,8 +146,8 @@ def _control(control: Control, mission: Mission, still: Mapping[str, KeyWithoutE
     idle = still[control.key]._asdict() if control.key in still else None
     always = mission.limits.keep_soc == "always" if control.key == "limits.min_soc" else None
     kept = control.key in MAY_BE_IDLE  # Room for the words on it
-    known = {"value": value, "whole": whole, "idle": idle, "kept": kept, "always": always}
-    return {**asdict(control), **known}
+    entries = {"value": value, "whole": whole, "idle": idle, "kept": kept, "always": always}
+    return {**asdict(control), **entries}
 
 
 def _map(mission: Mission, plan: Plan | None) -> Data:
@@ -316,7 +316,7 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
     """Limits that bind; and tables: why there is no plan and what would give one, limits, proof."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
     limits = sorted(sides, key=lambda side: not side.binds)
-    stated = [(e.words, e.label, e.statement, e.both_sides, e.spare) for e in limits]
+    rows = [(e.words, e.label, e.statement, e.both_sides, e.spare) for e in limits]
     prices = [price for price in explained.prices if price.matters]
     steps = [price_words(explained, price) for price in prices if price.solved_again]
     reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
@@ -329,7 +329,7 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
         {
             "title": "Limits; y1_k is the charge in the available well after step k",
             "heads": ["limit", "constraint", "as stated", "in numbers", "to spare"],
-            "rows": stated,
+            "rows": rows,
         },
         {
             "title": worth,

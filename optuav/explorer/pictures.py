@@ -6,12 +6,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from optuav.diagnosis.in_words import sentence
 from optuav.errors import InputError, NoPlanError
 from optuav.laser.beam import SpreadingBeam
 from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.plan.display import rounded_up
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, fixed, percent, watts
 from optuav.service.cycle import PERSPECTIVES, Coverage, coverage
 from optuav.service.fleet import Fleet
 from optuav.solving import Program
@@ -19,7 +20,7 @@ from optuav.studies.link_budget import link_budget
 from optuav.studies.power_curve import power_curve
 
 MOST_DRONES = 12  # Most drones drawn
-ROUNDS = 2.0  # Turns of a drone that are drawn
+TURNS_DRAWN = 2.0  # Turns of a drone that are drawn
 LONGER = 2.0  # Factor beyond the axis, for a pinned plan or a control that is moved
 PADS = 8  # Powers of pads for counting drones
 LEAST_LOSS = 5e-4  # Share that is told as lost
@@ -43,7 +44,9 @@ def picture(name: str, program: Program, plan: Plan, building: str | None) -> Da
     """A picture's data with the ends of its axes, or ``words`` on why none exists."""
     try:
         return {"name": name, **PICTURES[name](program, plan, building)}
-    except (InputError, NoPlanError) as error:
+    except NoPlanError as error:
+        return {"name": name, "words": sentence(str(error).removesuffix("."))}
+    except InputError as error:  # It begins with the name of a key
         return {"name": name, "words": str(error)}
 
 
@@ -56,7 +59,7 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
     stations = budget.stations()
     before_W = [stations[0].power_W, *(station.power_W for station in stations)]
     return {
-        "title": f"From the laser to {roof}, {budget.distance_m:.4g} m",
+        "title": f"From the laser to {roof}, {figure(budget.distance_m, 4)} m",
         "stations": [
             {**station._asdict(), "before_W": most_W, "said": _power_words(station.power_W, most_W)}
             for station, most_W in zip(stations, before_W, strict=False)
@@ -68,7 +71,7 @@ def _beam(program: Program, plan: Plan, building: str | None) -> Data:
 
 def _power_words(power_W: float, before_W: float) -> str:
     lost = 1.0 - power_W / before_W if before_W else 0.0
-    return f"{power_W:.4g} W" + (f", {percent(lost)} lost" if lost > LEAST_LOSS else "")
+    return watts(power_W) + (f", {percent(lost)} lost" if lost > LEAST_LOSS else "")
 
 
 def _speed(program: Program, plan: Plan, building: str | None) -> Data:
@@ -76,7 +79,7 @@ def _speed(program: Program, plan: Plan, building: str | None) -> Data:
     curve = power_curve(program.network.mission)
     marks = [{"words": "hover, in the wind", "speed_m_s": 0.0, "power_W": curve.hover_power_W}]
     for words, (speed_m_s, power_W) in curve.named.items():
-        said = f"{words}: {speed_m_s:.1f} m/s"
+        said = f"{words}: {fixed(speed_m_s, 1)} m/s"
         marks.append({"words": said, "speed_m_s": speed_m_s, "power_W": power_W})
     return {
         "title": "Power against airspeed",
@@ -98,7 +101,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     cycle = _cycle_on(cycle, roof)
     fleet = cycle.fleet()
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
-    end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
+    end_h = rounded_up(TURNS_DRAWN * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W, roof)]
     hovers, flies, rests = map(lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))
@@ -143,7 +146,7 @@ def lasting(time_s: float) -> str:
     size_s, unit = next(
         (size_s, unit) for size_s, unit in UNITS_OF_TIME if time_s >= size_s or size_s == 1.0
     )
-    return f"{time_s / size_s:.3g} {unit}"
+    return f"{figure(time_s / size_s, 3)} {unit}"
 
 
 def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:

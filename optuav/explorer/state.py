@@ -16,12 +16,13 @@ from optuav.mission.keys import stated_value
 from optuav.mission.messages import number, shown, unknown
 from optuav.options import ORDERS, ORDERS_OF_SEVERAL, TRAJECTORIES, Perspective, ProblemName
 from optuav.plan.display import round_step
+from optuav.presentation.numbers import significant
 from optuav.solving.question import MOST_FREE, problem_of
 
 DEVICE, LASER = "link.device_m", "laser.position_m"  # Places that can be moved, beside roofs
 SWITCHED = "limits.keep_soc"  # Set by the switch beside the slider of η0
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
-STEPS = 200  # Most steps of a slider
+MOST_SLIDER_STEPS = 200
 HIGHEST_SOC = 0.95  # End of the slider of η0, which must be less than 1
 TIME = Range("s", gt=0.0, le=1e9)
 FILES = ("mission", "plan")
@@ -87,8 +88,8 @@ class State:
         """The state that plain data state; refused with all that is wrong."""
         if not isinstance(stated, Mapping) or not isinstance(stated.get("changes", {}), Mapping):
             raise InputError([Fault("", shown(stated), "a state with changes by mission key")])
-        known = [member.name for member in fields(cls)]
-        faults = [unknown("state", name, known) for name in stated if name not in known]
+        names = [member.name for member in fields(cls)]
+        faults = [unknown("state", name, names) for name in stated if name not in names]
         options = {**OPTIONS, "file": FILES, "picture": (*PICTURES,)}
         faults += [
             unknown(name, stated[name], choices)
@@ -193,6 +194,6 @@ def _control(
 ) -> Control:
     """A control of a range in the unit of a key; without a lower end, from its first step on."""
     read_in, scale = READ_IN.get(unit, (unit, 1.0))
-    step = float(f"{round_step(high / scale, STEPS) * scale:.12g}")
+    step = significant(round_step(high / scale, MOST_SLIDER_STEPS) * scale, 12)
     low = step if low is None else low
     return Control(key, axis, label, symbol, read_in, scale, low, high, step, value)

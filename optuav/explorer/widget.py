@@ -32,7 +32,7 @@ def explore(mission: Mission | str | Path = "paper") -> anywidget.AnyWidget:
     -------
     AnyWidget
         Its attributes ``mission`` and ``plan`` follow the controls: a `Mission`, and the `Plan` of
-        the question that is shown. Where the controls state no valid mission, both keep their
+        the question that is shown. While the controls describe no valid mission, both keep their
         last values.
 
     Raises

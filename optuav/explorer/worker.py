@@ -10,6 +10,7 @@ from typing import Any
 from optuav.explorer.answers import answers
 from optuav.mission import Mission
 from optuav.plugins import read_plugins
+from optuav.presentation.numbers import figure
 from optuav.studies.processes import interrupts_blocked, stay_with_parent
 
 LONGEST_S = 20.0
@@ -36,7 +37,7 @@ class Worker:
                 if self._pipe.poll(min(left_s, LOOK_S)):
                     found: dict[str, Any] = self._pipe.recv()
                     return found
-            words = f"no answer within {self._longest_s:g} s"
+            words = f"no answer within {figure(self._longest_s)} s"
         except (EOFError, OSError):
             left_s, words = 0.0, "optuav failed: the terminal says why"
         self.end()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
+from optuav.presentation.numbers import seconds
+
 NOT_FLOWN = "Computed by optuav. No autopilot has flown this plan: check it before you use it."
 
 
@@ -26,6 +28,9 @@ class Step(NamedTuple):
     duration_s: float
     peak_speed_m_s: float  # 0 in a stay
     level_speeds_m_s: tuple[float, ...] = ()  # Horizontal, of each piece of the way, for autopilots
+    tapers_s: float | None = (
+        None  # From the begin of a stay until less than the offered current flows
+    )
 
 
 class Flight(NamedTuple):
@@ -48,7 +53,7 @@ class Flight(NamedTuple):
     @property
     def words(self) -> str:
         """Its ends, and the rest before it."""
-        rest = f", after a rest of {self.rested_s:.2f} s" * (self.rested_s > 0.0)
+        rest = f", after a rest of {seconds(self.rested_s)}" * (self.rested_s > 0.0)
         return f"from {self.start_place} to {self.steps[-1].place}{rest}"
 
 

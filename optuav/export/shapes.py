@@ -8,6 +8,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from optuav.export import PlanOnEarth, Position, Step
+from optuav.presentation.numbers import figure
 
 KML = "http://www.opengis.net/kml/2.2"
 
@@ -21,6 +22,7 @@ def geojson(course: PlanOnEarth) -> str:
         facts: dict[str, object] = {"kind": step.kind, "place": step.place}
         facts |= {"duration_s": step.duration_s, "altitudes_m": [*_altitudes_m(course, step)]}
         facts |= {"peak_speed_m_s": step.peak_speed_m_s} if flies else {}
+        facts |= {} if step.tapers_s is None else {"tapers_after_s": step.tapers_s}
         shape = {"type": "Point", "coordinates": points[0]}
         shape = {"type": "LineString", "coordinates": points} if flies else shape
         features.append({"type": "Feature", "properties": facts, "geometry": shape})
@@ -34,8 +36,11 @@ def kml(course: PlanOnEarth) -> str:
         mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
         named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
         _leaf(mark, "name", step.kind if step.kind == step.place else named)
-        speed = f", at most {max(step.level_speeds_m_s):.5g} m/s level" if flies else ""
-        _leaf(mark, "description", f"{round(step.duration_s, 3):.10g} s{speed}")
+        speed = f", at most {figure(max(step.level_speeds_m_s), 5)} m/s level" if flies else ""
+        words = f"{figure(round(step.duration_s, 3), 10)} s{speed}"
+        if step.tapers_s is not None:
+            words += f", charging tapers after {figure(round(step.tapers_s, 3), 10)} s"
+        _leaf(mark, "description", words)
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
         _leaf(shape, "altitudeMode", "absolute")
         altitudes_m = _altitudes_m(course, step)
@@ -74,7 +79,7 @@ def marked_kml(
     for mark in marks:
         placemark = ElementTree.SubElement(document, "Placemark")
         _leaf(placemark, "name", mark.name)
-        facts = (f"{key} {value:.10g}" for key, value in mark.facts.items())
+        facts = (f"{key} {figure(value, 10)}" for key, value in mark.facts.items())
         _leaf(placemark, "description", ", ".join(facts))
         shape = ElementTree.SubElement(placemark, "Point")
         _leaf(shape, "altitudeMode", "absolute")

@@ -8,7 +8,7 @@ after a landing (ArduCopter): a mission holds one flight, with altitudes relativ
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from optuav.export import Flight, Position
@@ -56,8 +56,17 @@ def items(flight: Flight, climb_m: float) -> Iterator[Item]:
     yield at(LAND, flight.end)
 
 
-def plan(flight: Flight, climb_m: float, altitude_m: float, notes: Sequence[str]) -> str:
-    """The mission as a plan of QGroundControl (its file format, version 1), which skips notes."""
+def plan(
+    flight: Flight,
+    climb_m: float,
+    altitude_m: float,
+    notes: Sequence[str],
+    start: Mapping[str, float] | None,
+) -> str:
+    """The mission as a plan of QGroundControl (its file format, version 1).
+
+    QGroundControl skips notes, and the charge of a battery that is not full at the start.
+    """
     listed = []
     for number, (command, parameters, position, height_m) in enumerate(
         items(flight, climb_m), start=1
@@ -81,6 +90,7 @@ def plan(flight: Flight, climb_m: float, altitude_m: float, notes: Sequence[str]
         "version": 1,
         "groundStation": "optuav",
         "notes": notes,
+        **({} if start is None else {"start": start}),
         "geoFence": {"circles": [], "polygons": [], "version": 2},
         "rallyPoints": {"points": [], "version": 2},
         "mission": {

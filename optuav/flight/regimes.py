@@ -86,6 +86,6 @@ class Regimes(FlightModel):
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
         charging = [key for key in CHARGING if key in document["flight"]]
         for key in {*CHARGING}.difference(charging) if charging else ():
-            yield ("flight", key), f"stated together with {charging[0]}"
+            yield ("flight", key), f"set together with {charging[0]}"
         if charging and "laser" not in document:
             yield ("laser",), f"needed by flight.{charging[0]}"

@@ -21,6 +21,7 @@ from optuav.fields import (
     Speed,
 )
 from optuav.flight.model import MODEL, CruisingModel, FlightTable, wind_sliders
+from optuav.presentation.numbers import figure
 from optuav.tables import BatteryPacks, Body, Wind
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ class RotaryWing(CruisingModel):
         """True if a stated cruise speed is below the cap in any direction, whatever varies."""
         speed_m_s, cap_m_s = self.flight.cruise_speed_m_s, self.flight.max_speed_m_s
         wind_m_s = self.wind.velocity_m_s
-        if not all(isinstance(each, int | float) for each in (speed_m_s, cap_m_s, *wind_m_s)):
+        if not all(isinstance(speed, int | float) for speed in (speed_m_s, cap_m_s, *wind_m_s)):
             return False
         return bool(speed_m_s + self._wind_speed_m_s <= cap_m_s)
 
@@ -128,9 +129,9 @@ class RotaryWing(CruisingModel):
         if not slower.any():
             return None
         return (
-            f"flight.max_speed_m_s = {cap_m_s:g} m/s, an air speed, allows only "
-            f"{allowed_m_s[slower].min():.4g} m/s over ground on a leg, less than "
-            f"flight.cruise_speed_m_s = {wanted_m_s:g} m/s"
+            f"flight.max_speed_m_s = {figure(cap_m_s)} m/s, an air speed, allows only "
+            f"{figure(allowed_m_s[slower].min(), 4)} m/s over ground on a leg, less than "
+            f"flight.cruise_speed_m_s = {figure(wanted_m_s)} m/s"
         )
 
     def _ruled_m_s(self, direction: Vector, rule: str) -> Quantity:
@@ -214,7 +215,10 @@ class RotaryWing(CruisingModel):
             return None
         wind, cap = self._wind_speed_m_s, self.flight.max_speed_m_s
         keys = "wind.velocity_m_s, flight.max_speed_m_s"
-        return f"the wind blows at {wind:.6g} m/s, the UAV flies at {cap:.6g} m/s at most ({keys})"
+        return (
+            f"the wind blows at {figure(wind)} m/s, the UAV flies at {figure(cap)} m/s at most "
+            f"({keys})"
+        )
 
     def too_windy(self) -> Quantity:
         return self._wind_speed_m_s > self.flight.max_speed_m_s
@@ -229,13 +233,13 @@ class RotaryWing(CruisingModel):
 
     @property
     def needs_numbers(self) -> str | None:
-        stated = self.flight.cruise_speed_m_s is not None
-        if not _blows(self.wind.velocity_m_s) or (stated and self._never_slowed):
+        has_speed = self.flight.cruise_speed_m_s is not None
+        if not _blows(self.wind.velocity_m_s) or (has_speed and self._never_slowed):
             return None
-        slower = " that flight.max_speed_m_s allows against the wind" * stated
+        slower = " that flight.max_speed_m_s allows against the wind" * has_speed
         return (
             "in a wind the speed of a leg depends on its direction; "
-            f"state {'a ' * stated}flight.cruise_speed_m_s{slower}"
+            f"set {'a ' * has_speed}flight.cruise_speed_m_s{slower}"
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

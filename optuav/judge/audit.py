@@ -9,19 +9,20 @@ from typing import Any, TypeGuard
 from optuav.errors import Fault, InputError
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.flight_plan import FlightPlan, Reached, is_flight, reached, read_flight
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import figure, fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 
 MOST_SHOWN = 20  # Largest number of items that are printed one by one
 
@@ -73,7 +74,8 @@ class Audit(Judged):
         yield from _items(self)
         yield from self.event_blocks()
         capacity_As = float(self.subject.mission.pool.capacity_As)
-        share = f"{figure(TOLERANCE)} of the capacity ({figure(TOLERANCE * capacity_As, 3)} A s)"
+        size = figure(JUDGE_TOLERANCE * capacity_As, 3)
+        share = f"{figure(JUDGE_TOLERANCE)} of the capacity ({size} A s)"
         yield Facts([("Tolerance", f"{share}, of a limit, or of a figure")])
 
     def to_frame(self) -> DataFrame:
@@ -86,7 +88,7 @@ class Audit(Judged):
             "source": self.source,
             "mission": self.subject.mission.name,
             "flyable": self.flyable,
-            "tolerance": TOLERANCE,
+            "tolerance": JUDGE_TOLERANCE,
             "route": self.replay.route if self.replay else [],
             **(self.replay.times_s if self.replay else {}),
             "soc": dict(self.replay.soc) if self.replay else {},
@@ -118,15 +120,16 @@ def audit(
     plan
         A plan, an itinerary, or a file: a saved plan in JSON, whose figures are compared with the
         simulation, or an itinerary in TOML or JSON, which states ``schema = 1``, the ``mission``
-        and its ``[[stops]]``. A dict with the content of such a file does as well. Or a flight plan
-        of a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
+        and its ``[[stops]]``. A dict with the content of such a file works too. Or a flight plan of
+        a ground station: ``.plan``, ``.waypoints`` or ``.kml``.
     mission
-        Only with a flight plan: the drone that flies it, its battery and limits, and the wind.
+        Only with a flight plan: the mission that provides the drone, its battery and limits, and
+        the wind.
 
     Returns
     -------
     Audit
-        The verdict, true where the plan can be flown; with the events that say why not.
+        The verdict, true if the plan can be flown, with the events that say why not.
 
     Raises
     ------
@@ -171,7 +174,7 @@ def subject_of(
             raise InputError([Fault("mission", shown(mission), words)])
         return (*read_flight(plan, mission), {})
     if is_flight(plan):
-        words = "is a flight plan: state the drone that flies it by mission, such as relay-today"
+        words = "is a flight plan: name the drone that flies it by mission, such as relay-today"
         raise InputError([Fault("", "", words, str(plan))])
     return read(plan)
 
@@ -188,13 +191,19 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
     """The margin of a flight plan, and the last items from which places are in reach."""
     mission, least = judged.subject.mission, min(row.available for row in along)
     left, reserve = along[-1].charge, mission.limits.min_soc
+    if mission.start is not None:
+        begin_As = vehicle.start(mission).wells(mission.pool).total_As
+        yield (
+            "Take-off",
+            f"with {percent(float(begin_As / mission.pool.capacity_As))} of the charge",
+        )
     side = f"{percent(abs(left - reserve))} {'above' if left >= reserve else 'below'} the reserve"
-    if abs(left - reserve) <= TOLERANCE:
+    if abs(left - reserve) <= JUDGE_TOLERANCE:
         side = "at the reserve"
     well = f"available well at least {percent(least)} full"
     yield "Margin", f"{percent(left)} of the charge left, {side}; {well}"
     speed_m_s = math.hypot(*mission.wind.velocity_m_s)
-    yield "Wind", f"{speed_m_s:g} m/s" + ("" if speed_m_s else ", none is stated")
+    yield "Wind", f"{figure(speed_m_s)} m/s" + ("" if speed_m_s else ", none is stated")
     if along[0].home is None:
         return
     for place, rows in (
@@ -207,7 +216,7 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
             yield "In reach", f"{place} is, straight on, after every item"
         elif rows:
             which = f" ({rows[-1].roof})" if place == "a roof" else ""
-            at = f"after {rows[-1].item}, at {rows[-1].end_s:.0f} s"
+            at = f"after {rows[-1].item}, at {seconds(rows[-1].end_s, 0)}"
             yield "In reach", f"{place}{which} is for the last time {at}"
         else:
             yield "In reach", f"{place} is after no item"
@@ -225,7 +234,7 @@ def _items(judged: Audit) -> Iterator[Block]:
     for row in shown_rows:
         home = "?" if row.home is None else "yes" if row.home else "no"
         shares = (fixed(100.0 * share, 1) for share in (row.charge, row.available))
-        rows.append([row.item, row.what, f"{row.end_s:.1f}", *shares, home, row.roof or "–"])
+        rows.append([row.item, row.what, fixed(row.end_s, 1), *shares, home, row.roof or "–"])
     left_out = len(along) - len(shown_rows)
     below = [f"and {left_out} more before the last"] if left_out else []
     yield Table(heads, rows, words=2, last=2, longest=30, below=below)
@@ -246,7 +255,9 @@ def _contradictions(
             yield from _contradictions(f"{here}[{number}]", *pair, time_s)
     elif _is_number(stated) and _is_number(follows):
         if not same(stated, follows):
-            words = f"{here}: the file says {stated:.10g}, its phases say {follows:.10g}"
+            words = (
+                f"{here}: the file says {figure(stated, 10)}, its phases say {figure(follows, 10)}"
+            )
             yield FlightEvent(MISMATCH, time_s, words, float(stated), float(follows))
     elif stated != follows:
         words = f"{here}: the file says {shown(stated)}, its phases say {shown(follows)}"

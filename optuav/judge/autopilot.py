@@ -73,7 +73,8 @@ def flight_of(file: Path) -> StatedFlight:
     with collected(faults):
         items = _value(mission, "items", LIST, file, "mission.")
     _add_items(items, rows, notes, faults, file, "mission.items")
-    return flight_of_items(file, home, rows, speed_m_s, notes, faults)
+    start = document.get("start") if document.get("groundStation") == "optuav" else None
+    return flight_of_items(file, home, rows, speed_m_s, notes, faults)._replace(start=start)
 
 
 class ItemForm(NamedTuple):
@@ -116,8 +117,8 @@ def _value(table: Any, key: str, form: ItemForm, file: Path, before: str = "") -
     """The value of a key of a plan; refused by its name if it is missing or of another form."""
     value = table.get(key)
     if not form.accepts(value):
-        stated = _as_stated(value) if key in table else ""
-        raise InputError([Fault(f"{before}{key}", stated, form.words, label(file))])
+        value_in_words = _as_stated(value) if key in table else ""
+        raise InputError([Fault(f"{before}{key}", value_in_words, form.words, label(file))])
     return value
 
 
@@ -155,13 +156,14 @@ def _simple(item: Any, name: str, file: Path, at: str) -> MavlinkItem:
     faults, frame, command = list[Fault](), NOWHERE, NO_ITEMS
     numbers: tuple[float, ...] = (math.nan,) * 7
     with collected(faults):
-        stated = _value(item, "params", PARAMETERS, file, f"{at}.")
-        wrong = [n for n, x in enumerate(stated) if not (x is None or _is_number(x))]
+        parameters = _value(item, "params", PARAMETERS, file, f"{at}.")
+        wrong = [n for n, x in enumerate(parameters) if not (x is None or _is_number(x))]
         where = f"{at}.params"
         refuse(
-            Fault(f"{where}[{n}]", shown(stated[n]), "a number or null", label(file)) for n in wrong
+            Fault(f"{where}[{n}]", shown(parameters[n]), "a number or null", label(file))
+            for n in wrong
         )
-        numbers = tuple(math.nan if value is None else float(value) for value in stated)
+        numbers = tuple(math.nan if value is None else float(value) for value in parameters)
     with collected(faults):
         frame = int(_value({"frame": NOWHERE} | item, "frame", WHOLE, file, f"{at}."))
     with collected(faults):
@@ -188,7 +190,7 @@ def _of_waypoints(text: str, file: Path) -> StatedFlight:
         faults += (Fault(f"field {n + 1}", shown(cells[n]), "a number", here) for n in wrong)
         if not wrong:
             name, _, frame, command, *numbers, _ = map(decimal, cells)
-            rows.append(MavlinkItem(f"item {name:.0f}", int(command), int(frame), tuple(numbers)))
+            rows.append(MavlinkItem(f"item {int(name)}", int(command), int(frame), tuple(numbers)))
     if not rows:
         refuse(faults)
         raise refusal(file, "has no items: is it cut off?")

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Replay, replay, same, short_of
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
@@ -16,6 +16,7 @@ from optuav.mission.files import parse_json, read_text
 from optuav.network.places import ENDS
 from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
+from optuav.presentation.numbers import figure, seconds
 
 FILE = Path(benchmark.__file__).with_name("answers.json")
 CLAIM_S = 0.01  # Largest difference of a claimed hover time from the simulated one
@@ -73,12 +74,12 @@ class CheckedSolution:
 
     def to_dict(self) -> dict[str, object]:
         """The same as plain data, with the gaps to the best known value and to the bound [s]."""
-        known, hover_s = self.answer, self.hover_s
-        values = known.hover_s, known.bound_s
+        reference, hover_s = self.answer, self.hover_s
+        values = reference.hover_s, reference.bound_s
         gaps = [None if None in (x, hover_s) else (x or 0.0) - (hover_s or 0.0) for x in values]
         question = ("mission", "problem", "perspective")
         return {
-            **{name: getattr(known, name) for name in question},
+            **{name: getattr(reference, name) for name in question},
             **{"holds": not self.wrong, "verdict": self.verdict, "wrong": [*self.wrong]},
             **{"claimed_s": self.claimed_s, "hover_s": hover_s},
             **dict(zip(("best_known_s", "bound_s"), values, strict=True)),
@@ -93,19 +94,21 @@ def checked(
     hover_s, best_s, bound_s = None, answer.hover_s, answer.bound_s
     wrong, verdict = list[str](), "holds, there is no plan"
     if claimed_s is None and best_s is not None:
-        wrong.append(f"there is a plan, which hovers {best_s:.3f} s")
+        wrong.append(f"there is a plan, which hovers {seconds(best_s, 3)}")
     elif claimed_s is not None:
         flown = replay(Itinerary(mission, tuple(stops)))
         wrong += [*_broken_limits(flown, answer.perspective), *_not_asked(flown, stops, answer)]
         hover_s = flown.times_s.get("hover_time_s")
         if hover_s is not None:
             if abs(claimed_s - hover_s) > CLAIM_S:
-                wrong.append(f"it claims {claimed_s:.3f} s of hover, and hovers {hover_s:.3f} s")
+                wrong.append(
+                    f"it claims {seconds(claimed_s, 3)} of hover, and hovers {seconds(hover_s, 3)}"
+                )
             slack_s, doubt = _slack_s(flown), "this check or the proof is wrong"
             if not wrong and (best_s is None or bound_s is None):
                 wrong.append(f"impossible: it is proved that no plan exists; {doubt}")
             elif not wrong and bound_s is not None and hover_s > bound_s + slack_s:
-                longest = f"no plan hovers longer than {bound_s:.3f} s"
+                longest = f"no plan hovers longer than {seconds(bound_s, 3)}"
                 wrong.append(f"impossible: it is proved that {longest}; {doubt}")
             verdict = f"holds, {_compared(answer, hover_s - (best_s or 0.0), slack_s)}"
     return CheckedSolution(
@@ -115,9 +118,9 @@ def checked(
 
 def _compared(answer: Answer, more_s: float, slack_s: float) -> str:
     if more_s > slack_s:
-        return f"BETTER than the best known by {more_s:.3f} s"
+        return f"BETTER than the best known by {seconds(more_s, 3)}"
     if more_s < -slack_s:
-        return f"{-more_s:.3f} s below the best known"
+        return f"{seconds(-more_s, 3)} below the best known"
     return "optimal" if answer.status == "optimal" else "as good as the best known"
 
 
@@ -125,9 +128,9 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
     """Yield the broken limits of a perspective."""
     for event in found.violations:
         if event.kind not in IGNORED[perspective]:
-            yield f"at {event.time_s:.2f} s {event.words}{event.value_and_limit}"
+            yield f"at {seconds(event.time_s)} {event.words}{event.value_and_limit}"
     left, least = found.soc.get(perspective, 1.0), found.mission.limits.min_soc
-    if "state of charge" in IGNORED[perspective] and left < least - TOLERANCE:
+    if "state of charge" in IGNORED[perspective] and left < least - JUDGE_TOLERANCE:
         yield f"the mission ends with {short_of(left, least)}"
 
 
@@ -157,7 +160,7 @@ def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator
         yield f"its order of devices is not {options['device_order']}"
     ends_s, deadline_s = found.mission_time_s, found.mission.limits.deadline_s
     if name == "P2-tight" and ends_s < deadline_s and not same(ends_s, deadline_s):
-        yield f"it ends after {ends_s:.6g} s, not at the deadline of {deadline_s:.6g} s"
+        yield f"it ends after {figure(ends_s)} s, not at the deadline of {figure(deadline_s)} s"
 
 
 def _order_of(stops: Sequence[Stop]) -> str:
@@ -178,4 +181,4 @@ def _slack_s(found: Replay) -> float:
     if stays and (drawn_A := min(-stay.stages[0].net.current_A for stay in stays)) > 0.0:
         pool = found.mission.pool
         time_s += float(pool.capacity_As / (pool.available_fraction * drawn_A))
-    return SLACK * TOLERANCE * time_s
+    return SLACK * JUDGE_TOLERANCE * time_s

@@ -13,7 +13,7 @@ from optuav.physics import kibam, packs
 from optuav.physics.kibam import Battery, Wells, held, holding_current
 from optuav.plan.trace import FlightEvent, Trace
 
-TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
+JUDGE_TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
 
 FULL = 1e-12  # Share of the capacity that rounding may cost a full well [-]
 
@@ -83,7 +83,7 @@ def pooled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
     # y1 leaves its bounds within a stretch only if it is outside at the end, so the ends decide
     # whether it does, and the first stretch that ends outside is searched for the moment.
     ends_As = np.array([*(stretch.before[0].available_As for stretch in stretches[1:]), wells[0]])
-    full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
+    full_As, slack_As = float(pool.full.available_As), JUDGE_TOLERANCE * float(pool.capacity_As)
     dry, over = "the available well runs dry", "charging drives the available well past full"
     events = list[FlightEvent]()
     for kind, crossing_s, beyond, limit_As, worst, words in (
@@ -140,10 +140,10 @@ def scheduled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
         ends.append(before)
     if flown.exhausted[0]:
         end_s, missing_As = float(flown.clock_s[0]), 0.0
-        for each in (stage for phase in phases for stage in phase.stages):
-            unflown_s = min(max(each.end_s - end_s, 0.0), each.duration_s)
-            missing_As += float(each.drawn.current_A) * unflown_s
-        if missing_As > TOLERANCE * float(mission.pool.capacity_As):
+        for simulated in (stage for phase in phases for stage in phase.stages):
+            unflown_s = min(max(simulated.end_s - end_s, 0.0), simulated.duration_s)
+            missing_As += float(simulated.drawn.current_A) * unflown_s
+        if missing_As > JUDGE_TOLERANCE * float(mission.pool.capacity_As):
             words = "no pack is left to fly on"
             events.append(FlightEvent("empty", end_s, words, -missing_As, 0.0, "A s"))
     return Course(flown.pack, tuple(stretches), tuple(ends), tuple(events))
@@ -163,13 +163,13 @@ def soc(
     full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and nominally.
     """
     times_s, energies_J, flown_As = [0.0], [(0.0, 0.0, 0.0)], 0.0
-    for kind, each in ((phase.kind, stage) for phase in flown for stage in phase.stages):
-        flows = (each.drawn, each.received)
-        drawn_J, received_J = (each.duration_s * float(flow.power_W) for flow in flows)
+    for kind, stage in ((phase.kind, stage) for phase in flown for stage in phase.stages):
+        flows = (stage.drawn, stage.received)
+        drawn_J, received_J = (stage.duration_s * float(flow.power_W) for flow in flows)
         in_flight, in_hover = drawn_J * (kind == "flight"), drawn_J * (kind == "hover")
         energies_J.append((in_flight, in_hover, received_J - drawn_J * (kind == "rest")))
-        flown_As += each.duration_s * each.drawn.current_A * (kind == "flight")
-        times_s.append(each.end_s)
+        flown_As += stage.duration_s * stage.drawn.current_A * (kind == "flight")
+        times_s.append(stage.end_s)
     total_J = np.cumsum(energies_J, axis=0).T
     flight_J, hover_J, gained_J = (np.interp(time_s, times_s, energy_J) for energy_J in total_J)
     (hover_A, hover_W), battery = vehicle.hover_load(mission), mission.battery

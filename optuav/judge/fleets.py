@@ -8,11 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
 from optuav.plan import Plan
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Heading
+from optuav.presentation.numbers import figure, fixed, seconds
 
 Interval = tuple[float, float]
 
@@ -69,7 +70,7 @@ def replay_fleet(
         for event in course.violations:
             events.append(FlightEvent(event.kind, offset_s + event.time_s, words + event.words))
         assert course.course is not None
-        least = course.mission.limits.min_soc - TOLERANCE
+        least = course.mission.limits.min_soc - JUDGE_TOLERANCE
         size_As = float(course.mission.pool.capacity_As)
         for phase, (wells,) in zip(course.phases, course.course.ends, strict=True):
             begin_s, end_s = offset_s + phase.start_s, offset_s + phase.end_s
@@ -81,7 +82,7 @@ def replay_fleet(
                 if float(wells.total_As) < least * size_As:
                     low = f"{words}too little charge is left at a landing"
                     events.append(FlightEvent("state of charge", end_s, low))
-    rounding_s = TOLERANCE * until_s
+    rounding_s = JUDGE_TOLERANCE * until_s
     if excused is not None:
         hovers.append((excused[0] - overlap_s, excused[1] + overlap_s))
     gap_s, faults = _coverage_faults(sorted(hovers), share, overlap_s, until_s, rounding_s)
@@ -109,8 +110,11 @@ def _too_close(
     )
     for (_, end_s, one, at_m), (begin_s, _, other, next_m) in pairwise(hovers):
         away_m = math.dist(at_m, next_m)
-        if begin_s <= end_s + rounding_s and one != other and away_m < apart_m - TOLERANCE:
-            words = f"drones {one} and {other} hover {away_m:.2f} m apart, less than {apart_m:g} m"
+        if begin_s <= end_s + rounding_s and one != other and away_m < apart_m - JUDGE_TOLERANCE:
+            words = (
+                f"drones {one} and {other} hover {fixed(away_m)} m apart, less than "
+                f"{figure(apart_m)} m"
+            )
             yield FlightEvent("separation", begin_s, words)
 
 
@@ -118,25 +122,27 @@ def _coverage_faults(
     hovers: Sequence[Interval], share: float, overlap_s: float, until_s: float, rounding_s: float
 ) -> tuple[float, list[FlightEvent]]:
     """The longest gap [s], and faults of hovers in order of their starts."""
-    wanted, faults = max(1, math.floor(share * (1.0 + TOLERANCE))), list[FlightEvent]()
+    wanted, faults = max(1, math.floor(share * (1.0 + JUDGE_TOLERANCE))), list[FlightEvent]()
     first_s = hovers[wanted - 1][0] if wanted <= len(hovers) else until_s
     counted = [(begin_s, end_s - overlap_s) for begin_s, end_s in hovers]
     shortest_s = min((end_s - begin_s for begin_s, end_s in counted), default=0.0)
     allowed_s = max(shortest_s * (1.0 / share - 1.0) - overlap_s, 0.0) + rounding_s
     gap_s, at_s = longest_gap(hovers, wanted, first_s, until_s)
     if gap_s > allowed_s:
-        faults.append(FlightEvent("gap", at_s, f"fewer than {wanted} hover for {gap_s:.2f} s"))
-    elif share * (1.0 + TOLERANCE) >= 1.0:
+        faults.append(FlightEvent("gap", at_s, f"fewer than {wanted} hover for {seconds(gap_s)}"))
+    elif share * (1.0 + JUDGE_TOLERANCE) >= 1.0:
         # The last hover hands over to nobody
         short_s, at_s = longest_gap(counted, wanted, first_s, min(until_s, hovers[-1][0]))
         if short_s > rounding_s:
-            words = f"hovers overlap by {overlap_s - short_s:.2f} s, less than {overlap_s:g} s"
+            words = (
+                f"hovers overlap by {seconds(overlap_s - short_s)}, less than {figure(overlap_s)} s"
+            )
             faults.append(FlightEvent("overlap", at_s, words))
     passed_s = hovers[-1][0] - hovers[0][0] if hovers else 0.0
     if passed_s > 0.0:
         mean = math.fsum(end_s - begin_s for begin_s, end_s in counted[:-1]) / passed_s
-        if mean < share * (1.0 - TOLERANCE) - rounding_s / passed_s:
-            words = f"{mean:.6g} hover on average, less than {share:g}"
+        if mean < share * (1.0 - JUDGE_TOLERANCE) - rounding_s / passed_s:
+            words = f"{figure(mean)} hover on average, less than {figure(share)}"
             faults.append(FlightEvent("share", hovers[0][0], words))
     return gap_s, faults
 

@@ -7,10 +7,11 @@ waypoint without a stop.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from optuav.errors import Fault, InputError, collected, refuse, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.judge.autopilot import SUFFIXES, flight_of
-from optuav.judge.course import TOLERANCE, Course
+from optuav.judge.course import JUDGE_TOLERANCE, Course
 from optuav.judge.stated_flight import StatedFlight, StatedStep
 from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
 from optuav.mission import Mission, load
@@ -29,6 +30,10 @@ from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
 from optuav.plan.export import altitude_m_of
+from optuav.presentation.numbers import fixed, typed
+
+if TYPE_CHECKING:
+    import pyproj
 
 SAME_PLACE_m = 2.0  # horizontal distance of places that are meant to be one
 ROOFS = 3  # nearest roofs that are tried from a place
@@ -161,65 +166,105 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
         if len(drone.buildings.names) or drone.laser is not None:
             words = "the mission has no place on Earth: its buildings and its laser are left out"
             notes.append(words)
-        system = plane(flight.home)
-        beam = [key for key in ("laser", "receiver") if getattr(drone, key) is not None]
-        charging = [f"flight.{key}" for key in CHARGING if getattr(drone.flight, key, None)]
-        drone = drone.replace({"buildings": [], **dict.fromkeys([*beam, *charging])})
+        system, drone = plane(flight.home), _without_places(drone)
+    drone = drone if flight.start is None else _started(drone, flight.start, file)
     ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(system), always_xy=True)
-    x, y, z = drone.route.origin_m
-    home_x, home_y = np.round(ahead.transform(*flight.home), MILLIMETRE).tolist()
-    if not math.isfinite(home_x + home_y):
-        words = "a place that the mission's reference system holds"
-        raise InputError([Fault("home", "", words, label(file))])
-    home = (home_x, home_y, 0.0)
-    if stated_system(drone) and math.dist((home_x, home_y), (x, y)) <= SAME_PLACE_m:
-        home = (x, y, z)
-    elif altitude_m is not None and math.isfinite(flight.home_altitude_m):
-        home = (home_x, home_y, round(flight.home_altitude_m - altitude_m, DIGITS))
-
-    def point_m(each: StatedStep, here: Point) -> Point:
-        place = here[:2]
-        if math.isfinite(each.latitude_deg):
-            at = ahead.transform(each.longitude_deg, each.latitude_deg)
-            place = tuple(np.round(at, MILLIMETRE).tolist())
-        base_m = home[2] - (flight.home_altitude_m if each.over == "sea" else 0.0)
-        if not DURATION.accepts(each.stay_s):
-            raise InputError([Fault(each.item, f"{each.stay_s:g} s", DURATION.words, label(file))])
-        found = (*place, round(each.height_m + base_m, DIGITS))
-        if not np.isfinite(found).all():
-            words = "a height over home, as the altitude of home is unknown"
-            raise InputError([Fault(each.item, "", words, label(file))])
-        if not all(map(COORDINATE.accepts, found)):
-            words = f"x, y and z around home: {COORDINATE.words}"
-            raise InputError([Fault(each.item, shown(found), words, label(file))])
-        return found
-
+    home = _home_m(flight, drone, ahead, altitude_m, file)
+    point_m = partial(_point_m, flight, home, ahead, file)
     goals = [*_on_roofs([*_goals(flight, home, point_m, drone, file)])]
     mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
-    cruises = isinstance(mission.flight_model, CruisingModel)
-    if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
-        model = f'flight.model = "{mission.flight.model}"'
-        notes.append(f"legs are flown at the speeds of {model}, not at those of the plan")
-    for each, goal in zip(flight.steps, goals, strict=False):
-        if each.kind == "take-off" and goal.at_m[2] < home[2]:
-            words = f"takes off downwards, by {home[2] - goal.at_m[2]:.0f} m"
-            notes.append(f"{each.item} {words}: are its heights over home, not above the sea?")
-        break
-    notes += _below_ground(goals)
-    last = flight.steps[-1]
-    if last.kind not in ("land", "return") and goals[-1].at_m[2] > home[2]:
-        notes.append(f"the plan ends in the air at {last.item}, without a landing")
+    notes += _doubts(flight, goals, home, mission)
     flown = [*_moves(goals, home, mission)]
     if not flown:
         raise refusal(file, "has no item that flies anywhere")
     return FlightPlan(mission, flown, notes, file.name)
 
 
+def _without_places(drone: Mission) -> Mission:
+    """A mission without its buildings, its laser and what goes with a laser."""
+    beam = [key for key in ("laser", "receiver") if getattr(drone, key) is not None]
+    charging = [f"flight.{key}" for key in CHARGING if getattr(drone.flight, key, None)]
+    return drone.replace({"buildings": [], **dict.fromkeys([*beam, *charging])})
+
+
+def _home_m(
+    flight: StatedFlight,
+    drone: Mission,
+    ahead: pyproj.Transformer,
+    altitude_m: float | None,
+    file: Path,
+) -> Point:
+    """Home in the plane of a mission whose z = 0 has an altitude; the origin if it is there."""
+    x, y, z = drone.route.origin_m
+    home_x, home_y = np.round(ahead.transform(*flight.home), MILLIMETRE).tolist()
+    if not math.isfinite(home_x + home_y):
+        words = "a place that the mission's reference system holds"
+        raise InputError([Fault("home", "", words, label(file))])
+    if stated_system(drone) and math.dist((home_x, home_y), (x, y)) <= SAME_PLACE_m:
+        return (x, y, z)
+    if altitude_m is not None and math.isfinite(flight.home_altitude_m):
+        return (home_x, home_y, round(flight.home_altitude_m - altitude_m, DIGITS))
+    return (home_x, home_y, 0.0)
+
+
+def _point_m(
+    flight: StatedFlight,
+    home: Point,
+    ahead: pyproj.Transformer,
+    file: Path,
+    target: StatedStep,
+    here: Point,
+) -> Point:
+    """Where a step of a flight goes from `here`; or an `InputError`."""
+    place = here[:2]
+    if math.isfinite(target.latitude_deg):
+        at = ahead.transform(target.longitude_deg, target.latitude_deg)
+        place = tuple(np.round(at, MILLIMETRE).tolist())
+    base_m = home[2] - (flight.home_altitude_m if target.over == "sea" else 0.0)
+    if not DURATION.accepts(target.stay_s):
+        raise InputError(
+            [Fault(target.item, f"{typed(target.stay_s)} s", DURATION.words, label(file))]
+        )
+    point = (*place, round(target.height_m + base_m, DIGITS))
+    if not np.isfinite(point).all():
+        words = "a height over home, as the altitude of home is unknown"
+        raise InputError([Fault(target.item, "", words, label(file))])
+    if not all(map(COORDINATE.accepts, point)):
+        words = f"x, y and z around home: {COORDINATE.words}"
+        raise InputError([Fault(target.item, shown(point), words, label(file))])
+    return point
+
+
+def _doubts(
+    flight: StatedFlight, goals: Sequence[Goal], home: Point, mission: Mission
+) -> Iterator[str]:
+    """Yield sentences on speeds that do not count, on heights, and on an end in the air."""
+    cruises = isinstance(mission.flight_model, CruisingModel)
+    if not cruises and any(math.isfinite(goal.speed_m_s) for goal in goals):
+        model = f'flight.model = "{mission.flight.model}"'
+        yield f"legs are flown at the speeds of {model}, not at those of the plan"
+    first, last = flight.steps[0], flight.steps[-1]
+    if first.kind == "take-off" and goals[0].at_m[2] < home[2]:
+        words = f"takes off downwards, by {fixed(home[2] - goals[0].at_m[2], 0)} m"
+        yield f"{first.item} {words}: are its heights over home, not above the sea?"
+    yield from _below_ground(goals)
+    if last.kind not in ("land", "return") and goals[-1].at_m[2] > home[2]:
+        yield f"the plan ends in the air at {last.item}, without a landing"
+
+
+def _started(drone: Mission, start: Mapping[str, float], file: Path) -> Mission:
+    """The mission with the charge that a file states for the take-off."""
+    try:
+        return drone.replace({"start": start})
+    except InputError as error:
+        raise InputError(replace(fault, source=label(file)) for fault in error.faults) from None
+
+
 def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
     """Yield a sentence on the lowest place if it is below z = 0, a mission's ground."""
     lowest = min(goals, key=lambda goal: goal.at_m[2])
     if lowest.at_m[2] < -ROUNDING_m:
-        place = f"{lowest.item} lies {-lowest.at_m[2]:.1f} m below z = 0"
+        place = f"{lowest.item} lies {fixed(-lowest.at_m[2], 1)} m below z = 0"
         yield f"{place}: optuav knows no terrain and cannot tell whether the ground is lower there"
 
 
@@ -232,26 +277,26 @@ def _goals(
 ) -> Iterator[Goal]:
     """The places of a flight: straight up at a take-off, level and then down to a landing."""
     here, roofs_m = home, drone.buildings.roof_m
-    for each in flight.steps:
-        at_m, building = point_m(each, here), ""
+    for target in flight.steps:
+        at_m, building = point_m(target, here), ""
         apart_m = math.dist(at_m[:2], here[:2])
-        if each.kind in ("land", "return") and math.dist(at_m[:2], home[:2]) <= SAME_PLACE_m:
+        if target.kind in ("land", "return") and math.dist(at_m[:2], home[:2]) <= SAME_PLACE_m:
             at_m = (*home[:2], at_m[2])
-        if each.kind == "rest":
+        if target.kind == "rest":
             near = np.flatnonzero(np.hypot(*(roofs_m[:, :2] - at_m[:2]).T) <= SAME_PLACE_m)
             if not len(near):
                 words = "a landing on the way must be at a roof of the mission, where it rests"
-                raise InputError([Fault(each.item, "", words, label(file))])
+                raise InputError([Fault(target.item, "", words, label(file))])
             building = drone.buildings.names[int(near[0])]
             x, y, z = roofs_m[int(near[0])].tolist()
             at_m = (x, y, z)
-        elif each.kind == "take-off" and apart_m > SAME_PLACE_m:
-            yield Goal(each.item, (*here[:2], at_m[2]))
-        elif each.kind == "take-off":
+        elif target.kind == "take-off" and apart_m > SAME_PLACE_m:
+            yield Goal(target.item, (*here[:2], at_m[2]))
+        elif target.kind == "take-off":
             at_m = (*here[:2], at_m[2])
-        elif each.kind in ("land", "return") and apart_m > SAME_PLACE_m:
-            yield Goal(each.item, (*at_m[:2], here[2]), speed_m_s=each.speed_m_s)
-        yield Goal(each.item, at_m, building, each.stay_s, each.speed_m_s)
+        elif target.kind in ("land", "return") and apart_m > SAME_PLACE_m:
+            yield Goal(target.item, (*at_m[:2], here[2]), speed_m_s=target.speed_m_s)
+        yield Goal(target.item, at_m, building, target.stay_s, target.speed_m_s)
         here = at_m
 
 
@@ -318,9 +363,9 @@ def reached(
         wells, fits = course.ends[number][0], leg.crosses == CLEAR
         for stage in leg.stages:
             wells = step(pool, wells, Stage(stage.net.current_A, stage.duration_s))
-            fits &= float(wells.available_As) >= -TOLERANCE * capacity_As
+            fits &= float(wells.available_As) >= -JUDGE_TOLERANCE * capacity_As
         left = float(wells.total_As) / capacity_As
-        if fits and left >= mission.limits.min_soc - TOLERANCE:
+        if fits and left >= mission.limits.min_soc - JUDGE_TOLERANCE:
             if move.end_place == "origin":
                 home[number] = True
             else:

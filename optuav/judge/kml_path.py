@@ -25,11 +25,13 @@ def kml_flight(text: str, file: Path) -> StatedFlight:
         line, column = error.position
         raise refusal(file, f"is damaged or cut off at line {line}, column {column}") from None
     steps, notes, home = list[StatedStep](), list[str](), None
-    has_lines = any(each.tag.rpartition("}")[2] == "LineString" for each in root.iter())
+    has_lines = any(mark.tag.rpartition("}")[2] == "LineString" for mark in root.iter())
     for mark in root.iter():
         if mark.tag.rpartition("}")[2] != "Placemark":
             continue
-        facts = {each.tag.rpartition("}")[2]: (each.text or "").strip() for each in mark.iter()}
+        facts = {
+            element.tag.rpartition("}")[2]: (element.text or "").strip() for element in mark.iter()
+        }
         if "LinearRing" in facts or not {"LineString", "Point"} & facts.keys():
             continue
         name, is_line = facts.get("name") or f"placemark {len(steps) + 1}", "LineString" in facts

@@ -83,9 +83,9 @@ def flight_of_items(
     if not on_earth(*home[:2]):
         raise InputError([Fault("home", shown(home[:2]), EARTH, label(file))])
     if not any(home[:2]):  # Written without a position of the drone
-        known = ((item.numbers[5], item.numbers[4]) for item in items if item.frame != NOWHERE)
-        home = (*next((at for at in known if all(at)), home[:2]), math.nan)
-        notes.append("home is unknown: it is taken to be at the first place of the plan")
+        degrees = ((item.numbers[5], item.numbers[4]) for item in items if item.frame != NOWHERE)
+        home = (*next((at for at in degrees if all(at)), home[:2]), math.nan)
+        notes.append("home is unknown: it is assumed to be at the first place of the plan")
     flown = [*_until_the_end(items, notes)]
     refuse(_faults(flown, label(file)))
     steps = _steps(flown, home, speed_m_s, notes)
@@ -130,8 +130,8 @@ def _faults(items: Iterable[MavlinkItem], source: str) -> Iterator[Fault]:
             if not math.isnan(latitude + longitude) and not on_earth(longitude, latitude):
                 yield Fault(name, shown((longitude, latitude)), EARTH, source)
             elif not math.isfinite(height_m):
-                stated = "null" if math.isnan(height_m) else shown(height_m)
-                yield Fault(f"{name}, height", stated, "a number [m]", source)
+                height = "null" if math.isnan(height_m) else shown(height_m)
+                yield Fault(f"{name}, height", height, "a number [m]", source)
 
 
 def _steps(
@@ -161,7 +161,7 @@ def _steps(
         elif command in (LOITER_TURNS, LOITER_TO_ALTITUDE, SPLINE):
             notes.append(f"{name} is flown as a waypoint, by a straight line")
         if frame in TERRAIN:
-            notes.append(f"{name} has its height over terrain; it is taken over home")
+            notes.append(f"{name} has its height over terrain; optuav measures it from home")
         stay_s = numbers[0] if command in (WAYPOINT, LOITER_TIME) and numbers[0] > 0.0 else 0.0
         speed = math.nan if command == TAKE_OFF else speed_m_s
         longitude, latitude = numbers[5:3:-1] if item.elsewhere else (math.nan, math.nan)

@@ -32,7 +32,7 @@ def read(
     if isinstance(stated, Plan | Itinerary):
         return printable(stated.mission.name), stated, {}
     if isinstance(stated, Mapping):
-        document, here, source = {str(k): each for k, each in stated.items()}, Path(), "a dict"
+        document, here, source = {str(k): value for k, value in stated.items()}, Path(), "a dict"
         if document.get("kind") == KIND:
             plan, data = parse_plan(json.dumps(document, default=str), source, here)
             return printable(plan.mission.name), plan, data
@@ -40,8 +40,8 @@ def read(
         return printable(itinerary.mission.name), itinerary, {}
     words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
     file = path_of(stated, "plan", words)
-    known = "; it is a shipped mission: use optuav solve" if str(file) in shipped() else ""
-    text, source = read_text(file, LARGEST_BYTES, hint=known), label(file)
+    advice = "; it is a shipped mission: use optuav solve" if str(file) in shipped() else ""
+    text, source = read_text(file, LARGEST_BYTES, hint=advice), label(file)
     if file.suffix != ".json" and not text.lstrip().startswith("{"):
         return source, _itinerary(parse_toml(text, source), file.parent, source), {}
     content = None if KIND in text else parse_json(text, source)

@@ -16,10 +16,10 @@ from optuav.errors import NoPlanError
 from optuav.flight.model import CruisingModel
 from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
-from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
+from optuav.judge.course import JUDGE_TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.flight_plan import FlightPlan
 from optuav.judge.read import read
-from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places, segments
+from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
@@ -33,13 +33,13 @@ from optuav.plan import Plan
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import FlightEvent, Trace
 from optuav.presentation.blocks import Block, Facts, Fold, Heading, Picture, Table
-from optuav.presentation.numbers import percent, percent_apart
+from optuav.presentation.numbers import figure, percent, percent_apart, seconds
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
+same = partial(math.isclose, rel_tol=JUDGE_TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
 SHARE_S = 1e-6  # By how much the hover over one of several devices may miss its share of Δ [s]
 MOST_SHOWN = 20  # Events under one heading that are shown one by one
@@ -86,7 +86,7 @@ class Judged(Presented):
     def event_blocks(self) -> Iterator[Block]:
         """Yield the events under their headings, violations first; HTML folds what is to know."""
         for heading, events in self.by_kind.items():
-            rows = [(f"{e.time_s:.2f} s", e.words + e.value_and_limit) for e in events[:MOST_SHOWN]]
+            rows = [(seconds(e.time_s), e.words + e.value_and_limit) for e in events[:MOST_SHOWN]]
             more = len(events) - len(rows)
             below = [f"and {more} more"] if more else []
             table = Table((), rows, words=0, last=1, above=heading, below=below)
@@ -157,14 +157,16 @@ class Replay(Judged):
         """Route, times and charge left, in words; empty where the mission cannot be flown."""
         if not self.phases:
             return []
-        times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
+        times = (f"{name.split('_')[0]} {seconds(time_s)}" for name, time_s in self.times_s.items())
         levels = (f"{name} {percent(level)}" for name, level in self.soc.items())
         charge = f"{', '.join(levels)} left"
         return [("Route", " → ".join(self.route)), ("Times", ", ".join(times)), ("Charge", charge)]
 
     def __repr__(self) -> str:
         name, count = self.mission.name, len(self.phases)
-        return f"<Replay for {name!r}: {count} phases, {self.mission_time_s:.2f} s, {self.verdict}>"
+        return (
+            f"<Replay for {name!r}: {count} phases, {seconds(self.mission_time_s)}, {self.verdict}>"
+        )
 
     def blocks(self) -> Iterator[Block]:
         """Yield the verdict, route and times, the wells, and the events."""
@@ -185,7 +187,7 @@ class Replay(Judged):
         from optuav.plan.display import Levels, picture
 
         wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
-        phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
+        phases = ((phase.kind, phase.start_s, phase.end_s - phase.start_s) for phase in self.phases)
         full, passed_s = self.mission.pool.full, map(self.first_s, ("empty", "full"))
         return picture(Levels(self.trace.time_s, *wells_As), phases, full, *passed_s)
 
@@ -211,8 +213,8 @@ class Replay(Judged):
 def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     """Simulate a plan from its mission, by the closed form of the battery model.
 
-    Only places, their order, the times of stays and figures stated in a graph are read from the
-    plan. Everything else is computed again, and compared with every figure that the plan states.
+    From the plan, it reads only the places, their order, the durations of stays, and figures that a
+    graph sets. It computes everything else again, and compares it with every figure in the plan.
 
     Parameters
     ----------
@@ -223,8 +225,8 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     Returns
     -------
     Replay
-        Its verdict `flyable` allows charge to miss its limits by 1e-6 of the capacity, and other
-        figures by 1e-6 of the limit.
+        The simulation. Its verdict `flyable` allows charge to miss its limits by 1e-6 of the
+        capacity, and other figures by 1e-6 of the limit.
 
     Raises
     ------
@@ -302,7 +304,7 @@ def _broken_limits(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterato
     for phase in flown:
         if phase.stated:
             where = "to" if phase.kind == "flight" else "at"
-            words = f"the {phase.kind} {where} {phase.end.name} has figures that the user stated"
+            words = f"the {phase.kind} {where} {phase.end.name} has figures that the user set"
             yield FlightEvent("stated", phase.start_s, words, violation=False)
         if phase.crosses != CLEAR:
             way = f"{phase.start.name} → {phase.end.name}"
@@ -317,7 +319,7 @@ def _broken_limits(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterato
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-        for part in () if leg.stated else segments(model, leg.points_m, leg.speeds_m_s):
+        for part in leg.segments:
             if part.peak_speed_m_s == speed_m_s:
                 peak_s += float(part.peak_s)
                 break
@@ -326,7 +328,7 @@ def _broken_limits(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterato
         yield FlightEvent("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
         if warning := flight.speed_warning(speed_m_s, has_drag=model.has_drag):
             yield FlightEvent("no drag", peak_s, warning, violation=False)
-    if end_s > deadline_s * (1.0 + TOLERANCE):
+    if end_s > deadline_s * (1.0 + JUDGE_TOLERANCE):
         words = "the deadline passes before the mission ends"
         yield FlightEvent("deadline", deadline_s, words, end_s, deadline_s, "s")
 
@@ -338,14 +340,14 @@ def _reserve(
     least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
     hovers = {device.name for device in mission.served}
     for phase, left in zip(flown[:-1], soc[:-1], strict=True):
-        if phase.kind == "flight" and left < least - TOLERANCE:
+        if phase.kind == "flight" and left < least - JUDGE_TOLERANCE:
             kind, allowed = "state of charge", ""
             if not always:
                 kind, allowed = BELOW_RESERVE, "; allowed by limits.keep_soc = end"
             landing = lands(phase.end.name, hovers=phase.end.name in hovers)
             words = f"{landing} with {short_of(left, least)}{allowed}"
             yield FlightEvent(kind, phase.end_s, words, left, least, violation=always)
-    if soc[-1] < least - TOLERANCE:
+    if soc[-1] < least - JUDGE_TOLERANCE:
         words = f"the mission ends with {short_of(soc[-1], least)}"
         yield FlightEvent("state of charge", flown[-1].end_s, words, soc[-1], least)
 
@@ -361,16 +363,15 @@ def _too_fast(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     if phase.kind != "flight" or phase.stated:
         return
     way, cap_m_s = f"{phase.start.name} → {phase.end.name}", vars(mission.flight).get(CAP)
-    parts = segments(mission.flight_model, phase.points_m, phase.speeds_m_s)
-    stated_speeds_m_s = phase.speeds_m_s or [0.0] * len(parts)
-    for part, stated_m_s in zip(parts, stated_speeds_m_s, strict=True):
+    planned_m_s = phase.speeds_m_s or [0.0] * len(phase.segments)
+    for part, least_m_s in zip(phase.segments, planned_m_s, strict=True):
         velocity_m_s = _peak_velocity_m_s(mission, part)
         speed_m_s = math.hypot(*velocity_m_s)
-        if speed_m_s < stated_m_s * (1.0 - TOLERANCE):
+        if speed_m_s < least_m_s * (1.0 - JUDGE_TOLERANCE):
             words = f"the leg {way} cannot be flown as fast as the plan says"
-            yield FlightEvent("speed", phase.start_s, words, stated_m_s, speed_m_s, "m/s")
+            yield FlightEvent("speed", phase.start_s, words, least_m_s, speed_m_s, "m/s")
         air_speed_m_s = math.dist(velocity_m_s, mission.wind.velocity_m_s)
-        if cap_m_s is not None and air_speed_m_s > cap_m_s * (1.0 + TOLERANCE):
+        if cap_m_s is not None and air_speed_m_s > cap_m_s * (1.0 + JUDGE_TOLERANCE):
             words = f"the leg {way} is flown faster than flight.{CAP}"
             yield FlightEvent("speed", phase.start_s, words, air_speed_m_s, cap_m_s, "m/s")
 
@@ -388,12 +389,12 @@ def _bent(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     keys, way = mission.flight, f"{phase.start.name} → {phase.end.name}"
     highest_m = max(z for _, _, z in phase.waypoints_m)
     apart_m, ceiling_m = map(float, way_limits_m(keys))
-    if highest_m > ceiling_m * (1.0 + TOLERANCE):
+    if highest_m > ceiling_m * (1.0 + JUDGE_TOLERANCE):
         words = f"a waypoint of the leg {way} is above flight.max_altitude_m"
         yield FlightEvent("altitude", phase.start_s, words, highest_m, ceiling_m, "m")
     ends_on = phase.start.roof, phase.end.roof
     if keys.obstacle_rule != "ignore":
-        near = too_near(mission, np.array(phase.points_m), ends_on, apart_m, TOLERANCE)
+        near = too_near(mission, np.array(phase.points_m), ends_on, apart_m, JUDGE_TOLERANCE)
         least: dict[int, float] = {}
         for building, distance_m in near:
             least[building] = min(distance_m, least.get(building, math.inf))
@@ -407,7 +408,7 @@ def _stay(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
     place, start_s, limits = phase.end, phase.start_s, mission.limits
     z, low, high = place.position_m[2], limits.min_altitude_m, limits.max_altitude_m
     if phase.kind == "hover":
-        if not low * (1.0 - TOLERANCE) <= z <= high * (1.0 + TOLERANCE):
+        if not low * (1.0 - JUDGE_TOLERANCE) <= z <= high * (1.0 + JUDGE_TOLERANCE):
             words = f"hovering at {place.name} leaves the altitude band"
             yield FlightEvent("altitude", start_s, words, z, low if z < low else high, "m")
         device = next((x for x in mission.served if x.name == place.name), mission.served[0])
@@ -415,14 +416,16 @@ def _stay(mission: Mission, phase: SimulatedPhase) -> Iterator[FlightEvent]:
             return  # It serves none of them
         distance_m = math.dist(place.position_m, device.position_m)
         radius_m = vehicle.coverage_radius_m(mission)
-        if distance_m > radius_m * (1.0 + TOLERANCE):
+        if distance_m > radius_m * (1.0 + JUDGE_TOLERANCE):
             outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
             of_device = f"device {device.name}" if mission.devices else "the device"
-            where = f"out of coverage of {of_device} (outage {outage:.3g})"
+            where = f"out of coverage of {of_device} (outage {figure(outage, 3)})"
             words = f"hovering at {place.name} is {where}"
             yield FlightEvent("coverage", start_s, words, distance_m, radius_m, "m")
     elif place.roof == CLEAR and z > 0.0:
-        words = f"nothing to rest on at {place.name}: no roof, and the ground is {z:g} m below"
+        words = (
+            f"nothing to rest on at {place.name}: no roof, and the ground is {figure(z)} m below"
+        )
         yield FlightEvent("no roof", start_s, words)
     if mission.laser is not None and not place.sight and not phase.stated:
         words = f"no sight of the laser at {place.name}: nothing charges the battery there"
@@ -434,16 +437,18 @@ def _unserved(mission: Mission, flown: Sequence[SimulatedPhase]) -> Iterator[Fli
     hovers = [phase for phase in flown if phase.kind == "hover"]
     hover_s, end_s = sum(phase.duration_s for phase in hovers), flown[-1].end_s
     for device in mission.served:
-        own = [phase for phase in hovers if phase.end.name == device.name]
-        if len(own) != 1:
-            often = f"{len(own)} times, not once" if own else "not at all"
+        of_device = [phase for phase in hovers if phase.end.name == device.name]
+        if len(of_device) != 1:
+            often = f"{len(of_device)} times, not once" if of_device else "not at all"
             words = f"device {device.name} is hovered over {often}"
-            yield FlightEvent("device", own[1].start_s if own else end_s, words)
+            yield FlightEvent("device", of_device[1].start_s if of_device else end_s, words)
             continue
-        due_s, flown_s = device.share * hover_s, own[0].duration_s
-        if abs(flown_s - due_s) > max(SHARE_S, TOLERANCE * due_s):
-            words = f"the hover over device {device.name} is not its share {device.share:.6g} of Δ"
-            yield FlightEvent("share", own[0].start_s, words, flown_s, due_s, "s")
+        due_s, flown_s = device.share * hover_s, of_device[0].duration_s
+        if abs(flown_s - due_s) > max(SHARE_S, JUDGE_TOLERANCE * due_s):
+            words = (
+                f"the hover over device {device.name} is not its share {figure(device.share)} of Δ"
+            )
+            yield FlightEvent("share", of_device[0].start_s, words, flown_s, due_s, "s")
     names = {device.name for device in mission.served}
     for phase in hovers:
         if phase.end.name not in names:
@@ -490,14 +495,19 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Fli
     """Yield where figures, whole slots or the verdict of a plan contradict its simulation."""
     events = list[FlightEvent]()
     for time_s, name, stated, simulated, scale, unit in figures:
-        if not same(stated, simulated, abs_tol=TOLERANCE * scale):
-            words = f"{name}: the plan says {stated:.10g}, it is {simulated:.10g} {unit}"
+        if not same(stated, simulated, abs_tol=JUDGE_TOLERANCE * scale):
+            words = (
+                f"{name}: the plan says {figure(stated, 10)}, it is {figure(simulated, 10)} {unit}"
+            )
             events.append(FlightEvent(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
     hover_s = plan.hover_time_s
     objective_s = hover_s if plan.objective is None else plan.objective  # As in older files
     states_hover = plan.problem in LONGEST_HOVER
-    if states_hover and not same(objective_s, hover_s, abs_tol=TOLERANCE):
-        words = f"objective: the plan says {objective_s:.10g} s, it hovers {hover_s:.10g} s"
+    if states_hover and not same(objective_s, hover_s, abs_tol=JUDGE_TOLERANCE):
+        words = (
+            f"objective: the plan says {figure(objective_s, 10)} s, it hovers "
+            f"{figure(hover_s, 10)} s"
+        )
         events.append(FlightEvent(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
     slot_s = plan.slot_s if plan.problem in IN_SLOTS else None
     at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
@@ -510,8 +520,8 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Fli
         # The deadline may cut a hover short.
         exempt = stay.kind == "flight" or (stay.kind == "hover" and at_deadline)
         if not exempt and not same(round(slots) * (slot_s or 1.0), duration_s):
-            why = f"{name} is {slots:.10g} slots"
-            words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
+            why = f"{name} is {figure(slots, 10)} slots"
+            words = f"slot_s: the plan says {figure(slot_s or 1.0, 10)} s, but {why}"
             events.append(FlightEvent(MISMATCH, stay.start_s, words, slot_s, None, "s"))
     flies = not broken and (plan.flyable is True or not events)
     if plan.flyable not in (None, flies):

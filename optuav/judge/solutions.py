@@ -17,6 +17,7 @@ from optuav.mission.validation import Breach, Document, StatedMission, format_br
 from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
 from optuav.presentation.blocks import Block, Facts, Heading
+from optuav.presentation.numbers import seconds
 from optuav.presentation.presented import Presented
 
 KIND = "optuav solutions"
@@ -85,10 +86,14 @@ class CheckedSolutions(Presented):
         yield Heading(f"{self.verdict}: {self.source}", good=bool(self))
         for solution in self.solutions:
             row = solution.to_dict()
-            known = {name.replace("_", " "): row[f"{name}_s"] for name in TIMES}
+            ends_s = {name.replace("_", " "): row[f"{name}_s"] for name in TIMES}
             question = f"{row['mission']}, {row['problem']}, {row['perspective']}"
             yield Heading(f"{question}: {solution.verdict}", good=not solution.wrong)
-            times = [f"{name} {end_s:.3f} s" for name, end_s in known.items() if end_s is not None]
+            times = [
+                f"{name} {seconds(end_s, 3)}"
+                for name, end_s in ends_s.items()
+                if isinstance(end_s, int | float)
+            ]
             facts = [("Times", ", ".join(times))] if times else []
             yield Facts([*facts, *(("Wrong", words) for words in solution.wrong)])
         if self.missing:
@@ -129,12 +134,12 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
     Returns
     -------
     CheckedSolutions
-        Of each solution whether it holds, why not, and how it compares with the best known.
+        For each solution, whether it holds, why not, and how it compares with the best known.
 
     Raises
     ------
     InputError
-        With everything that is wrong with the file, unknown missions among it.
+        With everything that is wrong with the file, including unknown missions.
 
     Examples
     --------
@@ -157,8 +162,8 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
         raise InputError([Fault("", "", f'is not an object with "kind": "{KIND}"', source)])
     entries = document.get("solutions")
     named = [keys_of(x).get("mission") for x in entries] if isinstance(entries, list) else []
-    known = {name for name in named if isinstance(name, str) and name in benchmark.recipes()}
-    missions = {name: load(name) for name in known}
+    of_set = {name for name in named if isinstance(name, str) and name in benchmark.recipes()}
+    missions = {name: load(name) for name in of_set}
     breaches = [*format_breaches(document), *_breaches(document, missions)]
     if faults := StatedMission(document, {(): source}).faults(breaches):
         raise InputError(faults)
@@ -167,7 +172,7 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
         stops = [Stop(**stop) for stop in stated["stops"] or ()]
         answer = answers()[_asked(stated)]
         checks.append(checked(missions[answer.mission], answer, stated["hover_s"], stops))
-    missing = tuple(name for name in benchmark.recipes() if name not in known)
+    missing = tuple(name for name in benchmark.recipes() if name not in of_set)
     return CheckedSolutions(source, tuple(checks), missing)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 MOST_PLACES = 10_000
@@ -31,6 +32,7 @@ class StatedFlight(NamedTuple):
     home_altitude_m: float
     steps: tuple[StatedStep, ...]
     notes: tuple[str, ...]
+    start: Mapping[str, float] | None = None  # Of the battery, as the table [start] of a mission
 
 
 def on_earth(longitude: float, latitude: float) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -27,6 +27,7 @@ from optuav.physics.flight import Flow, Loads
 from optuav.physics.quantity import Vector
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan, Stop
+from optuav.presentation.numbers import coordinates
 
 Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
@@ -111,7 +112,7 @@ STOP = f"a table (in Python a Stop) with {', '.join(ALLOWED)}"
 
 def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:
     """Yield the faults of stated stops; places are judged if the mission is known."""
-    known = (*ends_of(mission), *mission.buildings.names) if mission else ()
+    place_names = (*ends_of(mission), *mission.buildings.names) if mission else ()
     for number, stop in enumerate(stops):
         if not isinstance(stop, dict):
             yield Breach(("stops", number), STOP)
@@ -124,8 +125,13 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
                 yield Breach(key, f"is missing; {words}")
             elif not fits(stop[name]):
                 yield Breach(key, words)
-            elif mission and name == "at" and isinstance(at := stop[name], str) and at not in known:
-                hint = nearest(at, known)
+            elif (
+                mission
+                and name == "at"
+                and isinstance(at := stop[name], str)
+                and at not in place_names
+            ):
+                hint = nearest(at, place_names)
                 yield Breach(key, f"is not a place of the mission {mission.name}{hint}")
 
 
@@ -157,7 +163,7 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
 
 
 class Place(NamedTuple):
-    """A place, with the number of its building (−1 if none) and the laser's power there.
+    """A place, with the number of its building (−1 if none) and the laser's power for a stay.
 
     The position (x, y, z) [m] is NaN for a hover point that does not exist.
     """
@@ -210,6 +216,8 @@ class SimulatedPhase:
     stated: bool  # Whether its figures are the user's
     waypoints_m: tuple[Point, ...]
     speeds_m_s: tuple[float, ...]
+    # Between its points, by the flight model; none of stays and where the user stated figures
+    segments: tuple[Loads, ...] = field(compare=False, repr=False)
 
     @cached_property
     def duration_s(self) -> float:
@@ -223,7 +231,7 @@ class SimulatedPhase:
 
 
 def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place]:
-    """The places of some moves by name or point, and the laser's power there."""
+    """The places of some moves by name or point, and the laser's power where they stay."""
     route, laser = mission.route, mission.laser
     first_m, *others_m = vehicle.hover_points_m(mission)
     ends_m = route.origin_m, first_m, route.destination_m, *others_m
@@ -232,7 +240,7 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
         name: (CLEAR, point_m) for name, point_m in zip(ends_of(mission), ends_m, strict=True)
     }
     known |= {point: (CLEAR, point) for point in names if not isinstance(point, str)}
-    wanted = {*names}
+    wanted, stays = {*names}, {move.end_place for move in planned if move.kind != "flight"}
     for number, roof in enumerate(mission.buildings.names):
         if roof in wanted:
             known[roof] = number, tuple(mission.buildings.roof_m[number])
@@ -247,8 +255,8 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
     by_name = dict[str | Point, Place]()
     of_places = zip(names, numbers, roofs, at_m.tolist(), sights, strict=True)
     for name, number, roof, (x, y, z), sight in of_places:
-        received = vehicle.charging(mission, (x, y, z)) if sight else NOTHING
-        words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
+        received = vehicle.charging(mission, (x, y, z)) if sight and name in stays else NOTHING
+        words = name if isinstance(name, str) else coordinates((x, y, z), 10)
         by_name[name] = Place(words, number, roof, (x, y, z), sight, received)
     return by_name
 
@@ -259,11 +267,11 @@ def phases(
     """The phases of some moves between places that are known."""
     flight = mission.flight_model
     loads = {"hover": vehicle.hover_load(mission), "rest": flight.rest()}
-    found, start_s = list[SimulatedPhase](), 0.0
+    simulated, start_s = list[SimulatedPhase](), 0.0
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
-    ways = _ways(mission, planned, ends)
-    for move, (start, end), (blocker, waypoints_m) in zip(planned, ends, ways, strict=True):
-        user, length_m, peak_m_s = move.stated, 0.0, 0.0
+    bends = _ways(mission, planned, ends)
+    for move, (start, end), (blocker, waypoints_m) in zip(planned, ends, bends, strict=True):
+        user, length_m, peak_m_s, legs = move.stated, 0.0, 0.0, list[Loads]()
         rows = list[tuple[str, float, Flow, Flow]]()
         if user is not None:  # the load of a stay is computed all the same
             length_m, peak_m_s = user.distance_m, user.peak_speed_m_s
@@ -276,7 +284,8 @@ def phases(
         else:
             points_m = [start.position_m, *waypoints_m, end.position_m]
             length_m = sum(math.dist(*ends) for ends in pairwise(points_m))
-            for flown in segments(flight, points_m, move.speeds_m_s):
+            legs = segments(flight, points_m, move.speeds_m_s)
+            for flown in legs:
                 peak_m_s = max(peak_m_s, float(flown.peak_speed_m_s))
                 flows = map(Flow, flown.currents_A, flown.powers_W)
                 named = zip(flown.stages, flown.durations_s, flows, strict=True)
@@ -286,10 +295,12 @@ def phases(
             stages.append(SimulatedStage(name, end_s, float(duration_s), drawn, received))
             end_s = stages[-1].end_s
         crosses = blocker if move.kind == "flight" and user is None else CLEAR
-        figures = length_m, peak_m_s, crosses, user is not None, waypoints_m, move.speeds_m_s
-        found.append(SimulatedPhase(move.kind, start, end, start_s, end_s, tuple(stages), *figures))
+        ways = waypoints_m, move.speeds_m_s, tuple(legs)
+        figures = length_m, peak_m_s, crosses, user is not None, *ways
+        phase = SimulatedPhase(move.kind, start, end, start_s, end_s, tuple(stages), *figures)
+        simulated.append(phase)
         start_s = end_s
-    return tuple(found)
+    return tuple(simulated)
 
 
 def _ways(
@@ -314,10 +325,10 @@ def _ways(
             ways = build_ways(mission, town, ends_m.reshape(1, -1, 3), lines, roofs)
             blockers, waypoints_m = ways.blocker[0], ways.of_legs(np.arange(len(ends)), turned)[0]
     for move, blocker, bent_m in zip(planned, blockers.tolist(), waypoints_m, strict=True):
-        known = move.waypoints_m
-        if known is None:
-            known = tuple(map(tuple, bent_m[np.isfinite(bent_m[:, 0])].tolist()))
-        yield CLEAR if known else blocker, known
+        bends_m = move.waypoints_m
+        if bends_m is None:
+            bends_m = tuple(map(tuple, bent_m[np.isfinite(bent_m[:, 0])].tolist()))
+        yield CLEAR if bends_m else blocker, bends_m
 
 
 def segments(
@@ -351,11 +362,10 @@ def motion(mission: Mission, phase: SimulatedPhase, passed_s: Floats) -> dict[st
         moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight":
-        legs = segments(mission.flight_model, phase.points_m, phase.speeds_m_s)
-        begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
+        begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in phase.segments[:-1])])
         leg_numbers = np.searchsorted(begins_s, passed_s, side="right") - 1
         pitch_rad, roll_rad = np.zeros((2, len(passed_s)))
-        for k, leg in enumerate(legs):
+        for k, leg in enumerate(phase.segments):
             state = mission.flight_model.state(leg, passed_s[at := leg_numbers == k] - begins_s[k])
             moved_m[at] = points_m[k] + np.stack(state.position_m, axis=1)
             speed_m_s[at] = state.speed_m_s

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from optuav import physics
 from optuav.fields import MadeOfTables, MissionSection, OneOf, Position, Power, Range, Slider
+from optuav.presentation.numbers import figure
 
 if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain
@@ -34,9 +35,9 @@ class LaserTable(MissionSection):
     wavelength_nm: Annotated[float, Range("nm", ge=1, le=1e6)]
     """Wavelength λ [nm]."""
     visibility_km: Annotated[float, Range("km", ge=1e-3, le=1e4)] | None = None
-    """Visibility V [km], which gives the attenuation; or state attenuation_per_km."""
+    """Visibility V [km], which gives the attenuation; or set attenuation_per_km."""
     attenuation_per_km: Annotated[float, Range("1/km", ge=0, le=1e4)] | None = None
-    """Attenuation α [1/km]; or state visibility_km."""
+    """Attenuation α [1/km]; or set visibility_km."""
 
 
 @dataclass(eq=False)
@@ -147,6 +148,6 @@ class SpreadingBeam(Beam):
         if math.isnan(limit):
             return f"no limit for the eye is known at this wavelength; {no_assessment}"
         return (
-            f"the beam exceeds the limit for the eye, {limit:.4g} W/m², up to {distance_km:.4g} km "
-            f"from the laser; {no_assessment}"
+            f"the beam exceeds the limit for the eye, {figure(limit, 4)} W/m², up to "
+            f"{figure(distance_km, 4)} km from the laser; {no_assessment}"
         )

@@ -10,6 +10,7 @@ from optuav import physics
 from optuav.fields import Breadth, Range, Slider
 from optuav.laser.beam import BEAM, LaserTable, SpreadingBeam
 from optuav.physics import beams
+from optuav.presentation.numbers import figure
 from optuav.tables import LightReceiver
 
 if TYPE_CHECKING:
@@ -105,6 +106,6 @@ class DivergingBeam(SpreadingBeam):
             return
         D, A, χ = sizes
         if χ * A > (1.0 + ROUNDED_EXCESS) * D**2:
-            most = f"{D**2 / χ:.10g} [m2], which is laser.aperture_m squared"
+            most = f"{figure(D**2 / χ, 10)} [m2], which is laser.aperture_m squared"
             words = f"a number, x <= {most} / receiver.optics_efficiency"
             yield ("receiver", "area_m2"), f"{words}: no receiver gets more light than is sent"

@@ -16,6 +16,7 @@ from optuav.mission.earth import DEGREES, system_in_metres
 from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import path_of, plural
 from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.numbers import coordinates, figure, seconds
 from optuav.service.calm_air import calm_facts
 from optuav.solving.best_plans import REASONS
 from optuav.studies.batch import LABELS
@@ -35,17 +36,17 @@ def blocks(hover_map: HoverMap) -> Iterator[Block]:
     facts, values = hover_map.facts, hover_map.solved.values["hover_time_s"]
     (height, width), places = values.shape, dict[str, str]()
     places["Map"] = f"{facts['mission']}, {facts['perspective']}: {facts['over']} on {width} × "
-    places["Map"] += f"{height} points at z = {facts['height_m']:.10g} m"
+    places["Map"] += f"{height} points at z = {figure(facts['height_m'], 10)} m"
     for name, axis in ("x", hover_map.x), ("y", hover_map.y):
-        places[name] = f"{float(axis[0]):.10g} to {float(axis[-1]):.10g} m"
+        places[name] = f"{figure(float(axis[0]), 10)} to {figure(float(axis[-1]), 10)} m"
     if "best_m" in facts:
         x, y, _ = facts["best_m"]
         edge = ", at the edge of the map" * (facts["best_at"] == "edge")
-        places["Longest"] = f"{np.nanmax(values):.2f} s at ({x:.10g}, {y:.10g}) m{edge}"
+        places["Longest"] = f"{seconds(np.nanmax(values))} at {coordinates((x, y), 10)} m{edge}"
         if others := facts["best_points"] - 1:
             because = f"; {facts['best_because']}" if "best_because" in facts else ""
             places["Longest"] += f", and at {plural(others, 'other point')}{because}"
-        places["Shortest"] = f"{np.nanmin(values):.2f} s"
+        places["Shortest"] = seconds(np.nanmin(values))
         places |= dict(calm_facts(facts.get("in_calm_air")))
     none = [("No plan", f"{plural(n, 'point')}: {why}") for n, why in _why(hover_map)]
     yield Facts([*places.items(), *none])

@@ -20,6 +20,7 @@ from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
 from optuav.network.vehicle import hover_points_m
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure, seconds
 from optuav.service.calm_air import in_calm_air, with_words
 from optuav.solving import solve
 from optuav.solving.question import checked_question
@@ -245,7 +246,7 @@ def hovers(
                 base.replace({key: facts["best_m"]}),
                 lambda calm: solve(calm, perspective=perspective).hover_time_s,
             ),
-            "{:.2f} s of hover there".format,
+            lambda hover_s: f"{seconds(hover_s)} of hover there",
         )
         facts |= {"in_calm_air": words} if words else {}
     return HoverMap(solved, facts, x, y)
@@ -260,8 +261,8 @@ def faults_of(
     yield from misfits(("step_m", step_m, DISTANCE))
     if bounds is not None:
         ends = [*bounds] if isinstance(bounds, Sequence) or np.ndim(bounds) == 1 else []
-        known = len(ends) == 4 and all(map(COORDINATE.accepts, ends))
-        if not known or ends[0] >= ends[2] or ends[1] >= ends[3]:
+        is_box = len(ends) == 4 and all(map(COORDINATE.accepts, ends))
+        if not is_box or ends[0] >= ends[2] or ends[1] >= ends[3]:
             words = "least x, least y, largest x and largest y, larger than the least, each"
             yield Fault("bounds", shown(bounds), f"{words} {COORDINATE.words}")
         elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
@@ -275,7 +276,7 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
     most = np.floor(np.diff(corners_m, axis=0)[0] / step_m + ROUNDED_DISTANCE).astype(int) + 1
     columns, rows = most.tolist()
     if (count := columns * rows) > MOST_POINTS:
-        words = f"at most {MOST_POINTS} points, which take {MOST_POINTS * BYTES / 1e9:g} GB"
+        words = f"at most {MOST_POINTS} points, which take {figure(MOST_POINTS * BYTES / 1e9)} GB"
         refuse([Fault("step_m", f"{columns} × {rows} = {count} points", words)])
     return [
         np.round(first_m + step_m * np.arange(number), DECIMALS) + 0.0  # no -0.0
@@ -285,7 +286,7 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
 
 def _device_faults(over: str, mission: Mission, device: object) -> Iterator[Fault]:
     """Yield the fault of the name of a device: one of several must be named, a single one is it."""
-    names = [each.name for each in mission.devices]
+    names = [served.name for served in mission.devices]
     if device is None:
         if names and over in OF_SEVERAL:
             words = f"is missing; the mission has several devices: one of {first_ten(names)}"

@@ -10,8 +10,8 @@ import numpy as np
 from annotated_types import Ge, Le
 from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
-from optuav.arrays import Floats, Integers, plain
-from optuav.errors import Fault, InputError, printable, refuse
+from optuav.arrays import Floats, Integers
+from optuav.errors import InputError
 from optuav.fields import (
     MOST_CORNERS,
     MOST_ITEMS,
@@ -22,7 +22,7 @@ from optuav.fields import (
     Name,
 )
 from optuav.mission.buildings import Buildings
-from optuav.mission.messages import nearest, shown
+from optuav.mission.columns import columns_of, rows_of
 from optuav.mission.validation import (
     Breach,
     Document,
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
 """Columns of a table of buildings; the footprint columns may be left out."""
-MOST_BYTES = 8  # Size of a number that is a float of Python
 _LISTS = TypeAdapter(
     tuple[
         Annotated[tuple[Name, ...], FailFast()],
@@ -61,38 +60,8 @@ class Listing(MissionSection):
 
 def of_columns(table: Mapping[str, Iterable[object]]) -> Buildings:
     """The buildings of a table with `COLUMNS` and maybe `SIZES`, or an `InputError`."""
-    wanted = "columns by name, as a data frame or as lists in a dict"
-    if not hasattr(table, "keys"):
-        raise InputError([Fault("", shown(table), wanted)])
-    refuse(
-        Fault(str(name), shown(table[name]), wanted)
-        for name in table
-        if isinstance(table[name], str) or not isinstance(table[name], Iterable)
-    )
-    columns = {str(name): _plain(table[name]) for name in table}
-    faults = [
-        Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")
-        for name in columns
-        if name not in COLUMNS + SIZES
-    ]
-    faults += [Fault(name, "", "is missing") for name in COLUMNS if name not in columns]
-    if len({len(column) for column in columns.values()}) > 1:
-        lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
-        faults.append(Fault("columns", printable(lengths), "of equal length"))
-    refuse(faults)
-    return _at_once(columns) or row_by_row([*_rows(columns)])
-
-
-def _plain(column: Iterable[Any]) -> Sequence[Any]:
-    """A column as an array if it is one of numbers, or else as a list of plain values."""
-    kind = getattr(column, "dtype", None)
-    if isinstance(kind, np.dtype) and kind.kind in "iuf" and kind.itemsize <= MOST_BYTES:
-        values: Any = plain(column)
-        return values if values.ndim == 1 else [*values.tolist()]
-    listed: list[Any] = column if isinstance(column, list) else [*column]
-    if {*map(type, listed)} <= {str, int, float}:
-        return listed
-    return [entry.tolist() if hasattr(entry, "tolist") else entry for entry in listed]
+    columns = columns_of(table, COLUMNS, SIZES)
+    return _at_once(columns) or row_by_row([*_tables(columns)])
 
 
 def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
@@ -155,11 +124,9 @@ def _is_allowed(table: Buildings) -> bool:
     return not table.breaches
 
 
-def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
+def _tables(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
     """The rows of columns as tables [[buildings]]."""
-    lists = (getattr(column, "tolist", column.__iter__)() for column in columns.values())
-    for cells in zip(*lists, strict=True):
-        row = dict(zip(columns, cells, strict=True))
+    for row in rows_of(columns):
         building = {} if row["name"] is None else {"name": row["name"]}
         building["position_m"] = [row[name] for name in COLUMNS[1:]]
         size = [row.get(name) for name in SIZES]

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from optuav.errors import Fault, InputError, printable, refuse, require
+from optuav.errors import InputError, require
+from optuav.mission.columns import columns_of, rows_of
 from optuav.mission.files import label, refusal
-from optuav.mission.messages import nearest, shown
 from optuav.mission.validation import Document
 
 COLUMNS, SHARE = ("name", "x_m", "y_m", "z_m"), "share"
@@ -25,39 +25,14 @@ def rows_of_columns(
 
     Columns have other names if they are on Earth, where positions stay as they are.
     """
-    wanted = "columns by name, as a data frame or as lists in a dict"
-    if not hasattr(table, "keys"):
-        raise InputError([Fault("", shown(table), wanted)])
-    refuse(
-        Fault(str(name), shown(table[name]), wanted)
-        for name in table
-        if isinstance(table[name], str) or not isinstance(table[name], Iterable)
-    )
-    columns = {str(name): [*map(_plain, table[name])] for name in table}
-    faults = [
-        Fault(name, "", f"unknown column{nearest(name, (*names, SHARE))}")
-        for name in columns
-        if name not in (*names, SHARE)
-    ]
-    faults += [Fault(name, "", "is missing") for name in names if name not in columns]
-    if len({len(column) for column in columns.values()}) > 1:
-        lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
-        faults.append(Fault("columns", printable(lengths), "of equal length"))
-    refuse(faults)
-    rows = list[Document]()
-    for cells in zip(*columns.values(), strict=True):
-        row = dict(zip(columns, cells, strict=True))
+    tables = list[Document]()
+    for row in rows_of(columns_of(table, names, (SHARE,))):
         device: Document = {"name": row["name"], "position_m": [row[x] for x in names[1:]]}
         share = row.get(SHARE)
         if share is not None and str(share) != "nan":
             device[SHARE] = share
-        rows.append(device)
-    return rows
-
-
-def _plain(cell: Any) -> Any:
-    """A cell of a column without NumPy's types."""
-    return cell.tolist() if hasattr(cell, "tolist") else cell
+        tables.append(device)
+    return tables
 
 
 def read_devices(path: Path, *, on_earth: bool = False) -> list[Document]:
@@ -100,12 +75,12 @@ def _of_geojson(path: Path, names: Sequence[str]) -> Mapping[str, Iterable[objec
     else:
         must_be_in_metres(frame, path)
     shapes = frame.geometry.to_numpy()
-    known = [str(name) for name in frame.columns if name != frame.geometry.name]
-    columns: dict[str, Any] = {x: frame[x].tolist() for x in (*names, SHARE) if x in known}
+    named = [str(name) for name in frame.columns if name != frame.geometry.name]
+    columns: dict[str, Any] = {x: frame[x].tolist() for x in (*names, SHARE) if x in named}
     if {*names[1:]} <= columns.keys():
         return columns
     # The shapes have lost their heights.
-    ends = [each["geometry"]["coordinates"][2:] for each in document.get("features", ())]
+    ends = [feature["geometry"]["coordinates"][2:] for feature in document.get("features", ())]
     single = bool((shapely.get_type_id(shapes) == 0).all())
     if not single or not (names[-1] in columns or all(len(end) == 1 for end in ends)):
         words = f"{', '.join(names[1:])} beside shapes, or {names[-1]} beside points"

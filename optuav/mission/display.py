@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from optuav.fields import MissionSection
 from optuav.presentation.blocks import Block, Facts, Fold, Note, Table
 from optuav.presentation.markup import MOST_ROWS
+from optuav.presentation.numbers import figure
 from optuav.tables import Building, Device
 
 
@@ -45,8 +46,12 @@ def keys_with_values(section: MissionSection) -> Iterator[tuple[str, object, str
 def _devices_table(devices: Sequence[Device]) -> Table:
     """Where devices are, and what they state for themselves."""
     rows = [
-        (each.name, *map(_shown, each.position_m), *map(_or_dash, (each.hover_m, each.share)))
-        for each in devices
+        (
+            device.name,
+            *map(_shown, device.position_m),
+            *map(_or_dash, (device.hover_m, device.share)),
+        )
+        for device in devices
     ]
     return Table(("name", "x [m]", "y [m]", "z [m]", "hover point [m]", "share [-]"), rows, last=1)
 
@@ -84,5 +89,5 @@ def _shown(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
-        return f"{value:.10g}".replace("-", "−")
+        return figure(value, 10)
     return str(value)

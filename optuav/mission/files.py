@@ -18,6 +18,7 @@ from typing import Any, BinaryIO
 
 from optuav.errors import LONGEST_NAME, Fault, InputError, printable, safe_name
 from optuav.mission.formats import named
+from optuav.presentation.numbers import figure
 
 LARGEST_TOML = 2_000_000  # bytes
 MOST_PARTS = 8  # In a dotted key: the time and memory of tomllib grow with the square of the parts
@@ -143,7 +144,7 @@ def _must_be_regular(path: Path, status: os.stat_result) -> None:
 
 
 def _too_large(path: Path, limit: int) -> InputError:
-    return refusal(path, f"is larger than the {limit / 1e6:g} MB that are read")
+    return refusal(path, f"is larger than the {figure(limit / 1e6)} MB that are read")
 
 
 def write_own(path: Path, content: bytes) -> None:
@@ -163,7 +164,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
     """The tables of a TOML text; refused if they are nested too deeply or have too many keys."""
     words = f"has a dotted name of more than {MOST_PARTS} parts"
     if len(text) > LARGEST_TOML:
-        words = f"is larger than the {LARGEST_TOML / 1e6:g} MB that are read"
+        words = f"is larger than the {figure(LARGEST_TOML / 1e6)} MB that are read"
     elif _SHALLOW.fullmatch(text):
         try:
             document = tomllib.loads(text)
@@ -229,7 +230,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     content = dict(pairs)
     if len(content) < len(pairs):
         ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
-        raise ValueError(f"an object states the key {safe_name(key)!r} more than once")
+        raise ValueError(f"an object contains the key {safe_name(key)!r} more than once")
     return content
 
 
@@ -348,7 +349,7 @@ def expand_home(stated: str | Path, name: str = "path") -> Path:
     try:
         return path.expanduser()
     except RuntimeError:
-        words = f"there is no user {path.parts[0][1:]!r}; state the whole path"
+        words = f"there is no user {path.parts[0][1:]!r}; give the whole path"
     except ValueError:
         words = "is not a possible path"
     raise InputError([Fault(name, _quoted(path), words)])

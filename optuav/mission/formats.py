@@ -30,8 +30,8 @@ BINARY = (
     (0, b"fgb\x03fgb", "a FlatGeobuf"),
     (4, b"\n\tOSMHeader", "OpenStreetMap data (.osm.pbf)"),
     (0, b"PAR1", "a Parquet file"),
-    (0, b"ULog\x01\x12\x35", "a flight log of PX4 (.ulg); optuav calibrate takes it"),
-    (0, b"\xa3\x95\x80", "a flight log of ArduPilot (.bin); optuav calibrate takes it"),
+    (0, b"ULog\x01\x12\x35", "a flight log of PX4 (.ulg); optuav calibrate reads it"),
+    (0, b"\xa3\x95\x80", "a flight log of ArduPilot (.bin); optuav calibrate reads it"),
     (8, b"\xfe", "a telemetry log of MAVLink (.tlog); the drone's own log is a .ulg or .bin"),
     (8, b"\xfd", "a telemetry log of MAVLink (.tlog); the drone's own log is a .ulg or .bin"),
     (16, b"BUILD", "a DAT file of DJI; DatCon converts it to CSV"),
@@ -55,8 +55,9 @@ BINARY = (
 )
 """Bytes that identify a format, and where they begin; several may fit, and the first counts."""
 TEXT = (
-    (r"QGC WPL", "a text of waypoints; optuav audit takes it with --mission"),
-    (r"(?=<)(?s:.*)<kml\b", "KML; optuav audit takes a flight plan in it with --mission"),
+    (r"FMT, *\d+, *\d+, *\w+,", "a flight log of ArduPilot in text (.log); take its .bin"),
+    (r"QGC WPL", "a text of waypoints; optuav audit reads it with --mission"),
+    (r"(?=<)(?s:.*)<kml\b", "KML; optuav audit reads a flight plan in it with --mission"),
     (r"(?=<)(?s:.*)<osmChange", "a change of OpenStreetMap (.osc), not a map"),
     (r"(?=<)(?s:.*)<osm\b", "OpenStreetMap data (.osm)"),
     (r"(?=<)(?s:.*)<gpx\b", "GPX, which has tracks and no outlines"),
@@ -66,16 +67,22 @@ TEXT = (
     (r"(?=<)(?s:.*)<html\b", "a web page (HTML), not the file that it links to"),
     (
         r'\{(?s:.*)"fileType"\s*:\s*"Plan"',
-        "a plan of QGroundControl; optuav audit takes it with --mission",
+        "a plan of QGroundControl; optuav audit reads it with --mission",
     ),
-    (r'\{(?s:.*)"kind"\s*:\s*"optuav plan"', "a saved plan; optuav show and audit take it"),
+    (r'\{(?s:.*)"kind"\s*:\s*"optuav plan"', "a saved plan; optuav show and audit read it"),
     (
         r'\{(?s:.*)"(osm3s|generator"\s*:\s*"Overpass)',
-        "Overpass JSON; optuav city takes it under a name in .json",
+        "Overpass JSON; optuav city reads it if its name ends in .json",
     ),
-    (r'\{(?s:.*)"type"\s*:\s*"CityJSON', "CityJSON; optuav city takes it under a name in .json"),
+    (
+        r'\{(?s:.*)"type"\s*:\s*"CityJSON',
+        "CityJSON; optuav city reads it if its name ends in .json",
+    ),
     (r'\{(?s:.*)"type"\s*:\s*"Topology"', "TopoJSON; ogr2ogr, which comes with GDAL, converts it"),
-    (r'\{(?s:.*)"type"\s*:\s*"Feature', "GeoJSON; optuav city takes it under a name in .geojson"),
+    (
+        r'\{(?s:.*)"type"\s*:\s*"Feature',
+        "GeoJSON; optuav city reads it if its name ends in .geojson",
+    ),
     (r"\{(?s:.*)\"asset\"\s*:", "a glTF model, which has no place on Earth"),
 )
 

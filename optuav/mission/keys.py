@@ -14,6 +14,7 @@ from optuav.fields import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Range
 from optuav.mission.forms import SINGLE, table_keys
 from optuav.mission.messages import nearest, no_item, number, number_of, shown
 from optuav.mission.mission import Mission, unknown_names
+from optuav.presentation.numbers import with_unit
 
 VECTORS = {
     **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), (COORDINATE, 3)),
@@ -95,15 +96,15 @@ def stated_value(mission: Mission, key: str) -> float | None:
 
 def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
     """A fault for each key that is not a numeric one of missions."""
-    known = numeric_keys()
+    ranges = numeric_keys()
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
         if key.startswith("devices"):
             if not OF_DEVICE.fullmatch(key):
                 yield Fault(key, "", _words_of_device(key))
-        elif key not in known:
+        elif key not in ranges:
             # Components of a vector are all alike: the first is suggested
-            alike = [name for name in known if "[" in key or not name.endswith(("[1]", "[2]"))]
+            alike = [name for name in ranges if "[" in key or not name.endswith(("[1]", "[2]"))]
             yield Fault(key, "", f"{words}{nearest(key, alike)}")
 
 
@@ -157,8 +158,9 @@ def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
 
 def quantity(mission: Mission, key: str) -> str:
     """A mission's own value of a numeric key with its unit, as text."""
-    allowed = number(key) or range_of(key)
-    return f"{stated_value(mission, key):g} {allowed.unit if allowed else ''}"
+    allowed, value = number(key) or range_of(key), stated_value(mission, key)
+    assert value is not None
+    return with_unit(value, allowed.unit if allowed else "")
 
 
 def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:

@@ -30,16 +30,16 @@ def load(source: Mission | str | Path) -> Mission:
     source
         Name of a shipped mission (`shipped` lists them) or of one of the benchmark set, such as
         ``"set/town-1000-a"``; or path of a TOML file; a mission is returned unchanged. A file that
-        ``extends`` another (a shipped name or a path relative to the file) takes from it all that
-        it does not state itself, except name and description; `Mission.replace` lists the keys that
-        a new value displaces. The table that a file names as ``buildings_file``, by its path
-        relative to the file, is read too, and so is a ``devices_file``. A mission without a name
-        has that of its file.
+        ``extends`` another (a shipped name or a path relative to the file) inherits all keys that
+        it does not set itself, except name and description; `Mission.replace` lists the keys that a
+        new value removes. `load` also reads the tables that a file names as ``buildings_file`` and
+        ``devices_file``, by paths relative to the file. A mission without a name gets the name of
+        its file.
 
     Raises
     ------
     InputError
-        With every fault of the file, of those that it extends, and of its table of buildings.
+        With every fault of the file, of the files that it extends, and of its tables.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def load_one_device(source: Mission | str | Path, question: str) -> Mission:
     mission = load(source)
     if mission.devices:
         names = ", ".join(safe_name(device.name) for device in mission.devices[:MOST_NAMED])
-        words = f"one device: {question} is not answered for several"
+        words = f"one device for {question}"
         raise InputError([Fault("devices", names, words)])
     return mission
 
@@ -117,9 +117,9 @@ def shipped() -> tuple[str, ...]:
 def json_schema() -> Document:
     """JSON Schema (draft 7) of the files that `load` reads.
 
-    A file without ``extends`` must state all that a mission needs; one with it needs only
-    ``schema``. Rules between values (names, footprints, altitudes, loads of the flight models)
-    are left to `load`.
+    A file without ``extends`` must contain every required key; a file with it needs only
+    ``schema``. `load` checks the rules between values (names, footprints, altitudes, loads of the
+    flight models).
 
     Examples
     --------

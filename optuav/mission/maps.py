@@ -125,20 +125,20 @@ def _must_be_json(file: Path) -> None:
 
 def features(document: Any, file: Path) -> Any:
     """The features of a GeoJSON document as a table, without geometry where that is invalid."""
-    at, known, shapes, numbers = "type", list[dict[str, Any]](), list[Any](), list[Any]()
+    at, properties, shapes, numbers = "type", list[dict[str, Any]](), list[Any](), list[Any]()
     try:
-        for number, each in enumerate(document.get("features", [document])):
+        for number, feature in enumerate(document.get("features", [document])):
             at = f"feature {number}"
-            if each.get("type") != "Feature":
+            if feature.get("type") != "Feature":
                 raise ValueError
-            known.append({**(each.get("properties") or {})})
-            shapes.append(_shape(each.get("geometry")))
-            numbers.append(each.get("id"))
+            properties.append({**(feature.get("properties") or {})})
+            shapes.append(_shape(feature.get("geometry")))
+            numbers.append(feature.get("id"))
     except UNREADABLE:
         raise refusal(file, f"is not GeoJSON: {at} is not as specified") from None
     if {*map(type, numbers)} != {int} or len({*numbers}) < len(numbers) or min(numbers) < 0:
         numbers = [*range(len(numbers))]
-    return table(known, numbers, shapes, _crs(document, file), file)
+    return table(properties, numbers, shapes, _crs(document, file), file)
 
 
 def table(known: list[dict[str, Any]], names: list[Any], shapes: Any, crs: Any, file: Path) -> Any:

@@ -11,9 +11,10 @@ from pydantic import BaseModel
 from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
-from optuav.fields import Allowed, OneOf, Range, short
+from optuav.fields import Allowed, OneOf, Range
 from optuav.mission.files import expand_home
 from optuav.mission.forms import LISTS, forms
+from optuav.presentation.numbers import short
 
 TYPES = {
     "float_type": "a number",
@@ -86,14 +87,14 @@ def no_building(name: str, names: Sequence[str]) -> str:
 
 def no_item(table: str, name: str, names: Sequence[str]) -> str:
     """Words for a building or a device that the mission does not have."""
-    known = f"are: {first_ten(names) or 'none'}"
+    listed = f"are: {first_ten(names) or 'none'}"
     if names and name.startswith(f"{table}["):
-        return f"the mission's {table} [0] to [{len(names) - 1}] {known}"
+        return f"the mission's {table} [0] to [{len(names) - 1}] {listed}"
     own = name.removeprefix(f"{table}.")
     alike = nearest(own.rpartition(".")[0] or own, names) or nearest(own, names)
     if name.startswith(f"{table}."):
         alike = alike.replace("'", f"'{table}.", 1)
-    return f"the mission's {table} {known}{alike}"
+    return f"the mission's {table} {listed}{alike}"
 
 
 def misfits(*options: tuple[str, object, Range]) -> Iterator[Fault]:

@@ -27,7 +27,7 @@ from optuav.mission.forms import CHOICES, LISTS, SCHEMA, TABLES, Flight, Source,
 from optuav.mission.messages import nearest, no_item, path_of, plural, shown
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 from optuav.presentation.blocks import Block
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import coordinates, figure, percent
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
@@ -169,8 +169,8 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
             return (Served("hover", at_m, self.route.hover_m, 1.0),)
         equal = 1.0 / len(self.devices)
         return tuple(
-            Served(each.name, each.position_m, each.hover_m, each.share or equal)
-            for each in self.devices
+            Served(device.name, device.position_m, device.hover_m, device.share or equal)
+            for device in self.devices
         )
 
     @cached_property
@@ -229,7 +229,7 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
 
     def __repr__(self) -> str:
         name, count, limits = printable(self.name), len(self.buildings), self.limits
-        return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
+        return f"<Mission {name!r}: {count} buildings, within {figure(limits.deadline_s)} s>"
 
     def blocks(self) -> Iterator[Block]:
         """Yield subject, places, deadline and equipment; in HTML every key and building too."""
@@ -343,26 +343,23 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
         """What, where, how long, and with what, in sentences by heading."""
         route, limits, battery, laser = self.route, self.limits, self.battery, self.laser
 
-        def point(at_m: tuple[float, ...]) -> str:
-            return f"({', '.join(f'{coordinate:g}' for coordinate in at_m)}) m"
-
-        outage = f"outage at most {limits.outage_probability:g}"
+        outage = f"outage at most {figure(limits.outage_probability)}"
         if self.devices:
             names = [printable(device.name) for device in self.devices]
             devices = {"Devices": f"{', '.join(names)}, {outage}"}
         else:
-            devices = {"Device": f"{point(self.device_m)}, {outage}"}
+            devices = {"Device": f"{coordinates(self.device_m)} m, {outage}"}
         buildings = plural(len(self.buildings), "building")
-        source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
+        source = f"a laser of {figure(laser.power_W)} W" if laser else "no laser"
         return {
             "Mission": f"{printable(self.name)}: {buildings}, {source}",
-            "Route": f"{point(route.origin_m)} to {point(route.destination_m)} within "
-            f"{limits.deadline_s:g} s",
+            "Route": f"{coordinates(route.origin_m)} m to {coordinates(route.destination_m)} m "
+            f"within {figure(limits.deadline_s)} s",
             **devices,
-            "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
+            "Battery": f"{battery.packs} × {figure(battery.capacity_As)} A s, {battery.schedule}, "
             f"at least {percent(limits.min_soc)} left",
-            "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
-            f"{limits.max_altitude_m:g} m above ground",
+            "Flight": f'model "{self.flight.model}", {figure(limits.min_altitude_m)} to '
+            f"{figure(limits.max_altitude_m)} m above ground",
         }
 
     def to_dict(self) -> Document:
@@ -469,8 +466,8 @@ def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
     if isinstance(value, MissionSection):
         return value.model_dump(mode="json", exclude_none=True)
     if depth and isinstance(value, Mapping):
-        items = [(key, each) for key, each in value.items() if kept or each is not None]
-        return {key: without_none(each, depth - 1, kept=kept) for key, each in items}
+        items = [(key, item) for key, item in value.items() if kept or item is not None]
+        return {key: without_none(item, depth - 1, kept=kept) for key, item in items}
     if depth and isinstance(value, list | tuple):
         return [without_none(entry, depth - 1, kept=kept) for entry in value]
     return value.tolist() if hasattr(value, "tolist") else value
@@ -517,8 +514,8 @@ def unknown_names(values: Mapping[str, object]) -> Iterator[Fault]:
     for key, value in values.items():
         name, _, field = key.partition(".")
         if key not in whole and field not in validation.keys_in_file(name):
-            known = [*whole, *validation.dotted_keys(), *(f"devices.NAME.{x}" for x in OF_DEVICE)]
-            yield Fault(key, shown(value), f"unknown key{nearest(key, known)}")
+            keys = [*whole, *validation.dotted_keys(), *(f"devices.NAME.{x}" for x in OF_DEVICE)]
+            yield Fault(key, shown(value), f"unknown key{nearest(key, keys)}")
 
 
 def _revise_items(table: str, items: list[object], values: Document) -> Iterator[Fault]:
@@ -526,7 +523,7 @@ def _revise_items(table: str, items: list[object], values: Document) -> Iterator
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
     """
-    named = {f"{table}.{keys_of(each).get('name')}": n for n, each in enumerate(items)}
+    named = {f"{table}.{keys_of(item).get('name')}": n for n, item in enumerate(items)}
     places = {f"{table}[{n}]": n for n in range(len(items))} | named
     for key, value in values.items():
         item, _, field = (key, "", "") if key in places else key.rpartition(".")

@@ -165,10 +165,12 @@ def _of_map(path: Path) -> Buildings:
     except (*UNREADABLE, shapely.errors.ShapelyError) as error:
         raise _unreadable(path, "geopandas", error) from None
     must_be_in_metres(frame, path)
-    known = [column for column in frame.columns if column != frame.geometry.name]
+    of_file = [column for column in frame.columns if column != frame.geometry.name]
     wanted = (COLUMNS[0], COLUMNS[3])
     refuse(
-        Fault(x, "", f"is missing; there are {first_ten(known)}") for x in wanted if x not in known
+        Fault(x, "", f"is missing; there are {first_ten(of_file)}")
+        for x in wanted
+        if x not in of_file
     )
     single = (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
     shapes[single] = shapely.get_geometry(shapes[single], 0)
@@ -179,9 +181,9 @@ def _of_map(path: Path) -> Buildings:
         for number in np.flatnonzero(~(empty | outlined | (kind == 0))).tolist()
     )
     at_m = np.full((len(shapes), 2), np.nan)
-    if not {*COLUMNS[1:3]} <= {*known}:
+    if not {*COLUMNS[1:3]} <= {*of_file}:
         at_m[~empty] = shapely.get_coordinates(shapely.point_on_surface(shapes[~empty]))
-    columns = [_column(frame, x) if x in known else at_m[:, k] for k, x in enumerate(COLUMNS[1:])]
+    columns = [_column(frame, x) if x in of_file else at_m[:, k] for k, x in enumerate(COLUMNS[1:])]
     shapes[~outlined] = None
     names, roof_m = frame[COLUMNS[0]].tolist(), np.column_stack(columns)
     return of_polygons(names, roof_m, *corners_of(shapes))

@@ -21,7 +21,7 @@ from optuav.mission.mission import Mission, without_none
 from optuav.mission.validation import StatedMission, breaches_of
 from optuav.options import BATTERIES, BatteryName
 from optuav.physics.cells import CELLS, kind_of
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, seconds
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -109,17 +109,19 @@ def _wells_remarks(battery: Any) -> Iterator[str]:
     wells = CELLS[name]
     fitted = behind = rated = ""
     if wells.most_C is not None:
-        fitted = f", to {wells.most_C:g} C"
+        fitted = f", to {figure(wells.most_C)} C"
         rated = "capacity_As is the rated charge of a pack, at 0.2 C until the cut-off. "
     if wells.least_lag_s < wells.largest_lag_s:
-        behind = f"; over such cells {wells.least_lag_s:g} to {wells.largest_lag_s:g} s"
+        behind = f"; over such cells {figure(wells.least_lag_s)} to {figure(wells.largest_lag_s)} s"
     elif round(wells.lag_s) != wells.least_lag_s:
         behind = (
-            f", chosen so as not to last longer; the one cell behind it {wells.least_lag_s:g} s"
+            ", chosen so as not to last longer; the one cell behind it "
+            f"{figure(wells.least_lag_s)} s"
         )
     words = (
-        f"Wells `{name}`: {wells.source}{fitted}. Lag (1−ω)²/k_F {wells.lag_s:.0f} s{behind}. "
-        f"{rated}Calibrate with your own lifetimes: optuav calibrate kibam."
+        f"Wells `{name}`: {wells.source}{fitted}. Lag (1−ω)²/k_F "
+        f"{seconds(wells.lag_s, 0)}{behind}. {rated}Calibrate with your own lifetimes: optuav "
+        "calibrate kibam."
     )
     yield from (f"# {line}" for line in textwrap.wrap(words, 98, break_on_hyphens=False))
 
@@ -172,12 +174,12 @@ class Drone(MissionSection):
     if not TYPE_CHECKING:  # which knows the fields by their annotations
 
         def __init__(self, **stated: Any) -> None:
-            known = without_none(stated)
-            faults = [*self.misfits(known)]
+            settings = without_none(stated)
+            faults = [*self.misfits(settings)]
             try:
-                super().__init__(**known)
+                super().__init__(**settings)
             except ValidationError as error:
-                document = StatedMission(known)
+                document = StatedMission(settings)
                 faults += document.faults(breaches_of(type(self), error, document))
             refuse(faults)
 
@@ -218,11 +220,11 @@ class Drone(MissionSection):
         """The fault of a key of the mission in terms of the fields that it follows from."""
         names = self.sources.get(fault.key.removeprefix("flight."), ())
         values = {name: getattr(self, name) for name in names}
-        stated = {name: _shown(value) for name, value in values.items() if value is not None}
-        if not stated:
+        settings = {name: _shown(value) for name, value in values.items() if value is not None}
+        if not settings:
             return fault
-        words = f"together must give {fault.key}, {fault.allowed}; they give {fault.value}"
-        return Fault(", ".join(stated), ", ".join(stated.values()), words)
+        words = f"together must give {fault.key}, {fault.allowed}; together they give {fault.value}"
+        return Fault(", ".join(settings), ", ".join(settings.values()), words)
 
     def remarks(self) -> tuple[str, ...]:
         """Lines on the sources of the mission, and its assumptions."""
@@ -232,10 +234,10 @@ class Drone(MissionSection):
     def assumptions(self) -> list[str]:
         """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
-            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {percent(REST_SHARE)} of the hover "
-            f"power at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and "
-            f"{self.assumed}. Places, buildings, link, air and laser ({self.laser_power_W:g} W) "
-            f"come from the mission {SCENE}: put yours in.",
+            f"Assumed: {figure(CELL_V)} V a cell, charging at 1 C, {percent(REST_SHARE)} of the "
+            f"hover power at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and "
+            f"{self.assumed}. Places, buildings, link, air and laser ({figure(self.laser_power_W)} "
+            f"W) come from the mission {SCENE}: put yours in.",
             width=78,
         )
 
@@ -262,9 +264,9 @@ class Datasheet(Drone):
         pack [mAh], 10 to 1e6.
     hover_min, cruise_min
         Times until the battery is empty, without payload [min], 1 to 1e4: in hover, and in flight
-        at cruise speed, by default as long.
+        at cruise speed, which by default lasts as long.
     hover_power_W, cruise_power_W
-        Power without payload [W], 1 to 1e6, instead of either time.
+        Power without payload [W], 1 to 1e6, in place of the time.
     cruise_speed_m_s, reserve_percent, laser_power_W
         Cruise speed [m/s], 0.5 to 100; charge that must be left after landing [%], 0 to 90, by
         default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
@@ -300,12 +302,12 @@ class Datasheet(Drone):
 
     @classmethod
     def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:
-        """Both a time and the power in its place, or neither for the hover."""
+        """Yield faults: both a time and its power are set, or neither for the hover."""
         for power, minutes in INSTEAD.items():
             if {power, minutes} <= stated.keys():
                 yield Fault(power, shown(stated[power]), f"either {power} or {minutes}")
         if stated.keys().isdisjoint(("hover_min", "hover_power_W")):
-            words = f"is missing; {range_in_words(cls, 'hover_min')}; or state hover_power_W"
+            words = f"is missing; {range_in_words(cls, 'hover_min')}; or set hover_power_W"
             yield Fault("hover_min", "", words)
 
     @property
@@ -320,9 +322,9 @@ class Datasheet(Drone):
     def mission(self) -> Mission:
         """The drone in the places of the shipped mission `matrice350`.
 
-        Currents are what empties the packs in the stated times, times `load_factor`; powers follow
-        by the nominal voltage. Packs charge at 1 C at most. The acceleration, the link and the
-        laser but for its power come from that mission.
+        The currents empty the packs in the times of the datasheet, times `load_factor`; the powers
+        follow from the nominal voltage. Packs charge at 1 C at most. The acceleration, the link and
+        the laser, except for its power, come from that mission.
         """
         charge_As = self.packs * self.capacity_mAh * 3.6
 
@@ -342,14 +344,16 @@ class Datasheet(Drone):
     @property
     def assumed(self) -> str:
         """The growth of the power with the mass."""
-        loaded = f" ({self.load_factor:.4g} times with the payload)" if self.payload_kg else ""
+        loaded = (
+            f" ({figure(self.load_factor, 4)} times with the payload)" if self.payload_kg else ""
+        )
         return f"2.8 times the power for twice the mass{loaded}"
 
 
 class RotorDatasheet(Drone):
     """Datasheet of rotors and fuselage; `mission` makes a rotary-wing mission of it.
 
-    The power over air speed follows by Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
+    The power against airspeed follows Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
     Communications, 2019, eqs (61)-(65).
 
     Parameters
@@ -429,7 +433,7 @@ class RotorDatasheet(Drone):
         """The motion, and the coefficients of blades and lift."""
         climb, descent, gain = MOTION.values()
         return (
-            f"{gain:g} m/s² of acceleration, {climb:g} m/s up and {descent:g} m/s down, air of "
-            f"1.225 kg/m³, rotors with {percent(self.efficiency)} of the battery's power, and a "
-            "radio fed by the pack"
+            f"{figure(gain)} m/s² of acceleration, {figure(climb)} m/s up and {figure(descent)} "
+            f"m/s down, air of 1.225 kg/m³, rotors with {percent(self.efficiency)} of the "
+            "battery's power, and a radio fed by the pack"
         )

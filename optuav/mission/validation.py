@@ -17,6 +17,7 @@ from optuav.laser.fits import Laser
 from optuav.mission.buildings import RESERVED_NAMES, Buildings, misnamed, misshapen
 from optuav.mission.forms import CHOICES, LISTS, SCHEMA, SECTIONS, SINGLE, TABLES, table_keys
 from optuav.mission.messages import first_ten, nearest, range_in_words, shown, table
+from optuav.presentation.numbers import figure, short
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -202,7 +203,7 @@ def breaches_of(
             ):
                 continue  # Nobody knows what the form that is meant lacks
             by = stated_mission.displaced.get(key)
-            why = f"; a new {by} displaces the old one, state both" if by else ""
+            why = f"; a new {by} replaces the old one; set both" if by else ""
             words = f"is missing; {words}{why}"
         yield Breach(key, words)
 
@@ -227,8 +228,8 @@ def _unknown(
         if home.endswith(f".{name}"):
             return f"unknown key; did you mean '{home}'?"
     of_file = {*model.model_fields, "schema", "extends", "buildings_file", "devices_file"}
-    known = of_file if len(key) == 1 else keys_in_file(str(key[0]))
-    return f"unknown key{nearest(name, known) if suggests else ''}"
+    keys = of_file if len(key) == 1 else keys_in_file(str(key[0]))
+    return f"unknown key{nearest(name, keys) if suggests else ''}"
 
 
 def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
@@ -236,9 +237,9 @@ def mask_faulty(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
     if place in faulty:
         return UNKNOWN
     if isinstance(value, dict):
-        return {key: mask_faulty(each, faulty, (*place, key)) for key, each in value.items()}
+        return {key: mask_faulty(item, faulty, (*place, key)) for key, item in value.items()}
     if len(place) == 1 and place[0] in LISTS and isinstance(value, list | tuple):
-        return [mask_faulty(each, faulty, (*place, number)) for number, each in enumerate(value)]
+        return [mask_faulty(item, faulty, (*place, number)) for number, item in enumerate(value)]
     return value
 
 
@@ -247,7 +248,9 @@ def rules(document: Document) -> Iterator[Breach]:
     limits, battery = keys_of(document.get("limits")), keys_of(document.get("battery"))
     low, high = (limits.get(f"{end}_altitude_m", UNKNOWN) for end in ("min", "max"))
     if UNKNOWN not in (low, high) and low > high:
-        yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
+        yield Breach(
+            ("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {short(low)} [m]"
+        )
     schedule = battery.get("schedule", "pooled")
     if schedule == "alternating" and "period_s" not in battery:
         words = (
@@ -258,7 +261,7 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
     deadline_s, period_s = limits.get("deadline_s", UNKNOWN), battery.get("period_s", UNKNOWN)
     if UNKNOWN not in (deadline_s, period_s) and period_s < (least_s := deadline_s / MOST_TURNS):
-        words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {least_s:g} [s]"
+        words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {short(least_s)} [s]"
         yield Breach(("battery", "period_s"), f"{words}, as every turn is simulated")
     yield from _rules_of_start(keys_of(document.get("start")), battery)
     if isinstance(laser := document.get("laser"), dict):
@@ -266,7 +269,7 @@ def rules(document: Document) -> Iterator[Breach]:
         if len(twins) == 2:
             yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
         elif not twins:
-            words = f"{range_in_words(Laser, 'attenuation_per_km')}; or state visibility_km"
+            words = f"{range_in_words(Laser, 'attenuation_per_km')}; or set visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
         if (beam := laser.get("beam")) in [*BEAMS]:
             yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
@@ -296,7 +299,7 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
     if "devices" not in document:
         if isinstance(link, dict) and "device_m" not in link:
             words = range_in_words(tables.Link, "device_m")
-            yield Breach(("link", "device_m"), f"is missing; {words}; or state [[devices]]")
+            yield Breach(("link", "device_m"), f"is missing; {words}; or set [[devices]]")
         return
     for table_of, key in ((link, ("link", "device_m")), (route, ("route", "hover_m"))):
         if key[1] in keys_of(table_of):
@@ -322,13 +325,13 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
         for number, share in enumerate(shares):
             if share is None:
                 words = range_in_words(tables.Device, "share")
-                words = f"is missing; {words}, as other devices state theirs"
+                words = f"is missing; {words}, as other devices have one"
                 yield Breach(("devices", number, "share"), words)
         total = sum(share for share in known if share is not UNKNOWN)
         if len(known) == len(shares) and UNKNOWN not in known and abs(total - 1.0) > WHOLE_SHARE:
             pairs = zip(devices, known, strict=True)
-            each = (f"{share:.10g} of {device.get('name')}" for device, share in pairs)
-            words = f"must have shares that add up to 1; {first_ten([*each])} make {total:.10g}"
+            words_of = (f"{figure(share, 10)} of {device.get('name')}" for device, share in pairs)
+            words = f"must have shares that add up to 1; {first_ten([*words_of])} make {figure(total, 10)}"
             yield Breach(("devices",), words)
 
 
@@ -350,7 +353,9 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
         size_As, rounding_As = (packs * capacity_As * x for x in (sizes[key], START_ROUNDING))
         value = start[key]
         if value is not UNKNOWN and not -rounding_As <= value <= size_As + rounding_As:
-            yield Breach(("start", key), f"a number, 0 <= x <= {size_As:.10g} [A s], the full well")
+            yield Breach(
+                ("start", key), f"a number, 0 <= x <= {figure(size_As, 10)} [A s], the full well"
+            )
 
 
 def _rules_of_model(

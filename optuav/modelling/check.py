@@ -14,10 +14,10 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
 from optuav.presentation.blocks import Block, Fold, Heading, Table
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import figure, typed
 from optuav.presentation.presented import Presented
 
-TOLERANCE = 1e-9
+CONSTRAINT_TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
 COLUMNS = (
     *("constraint", "point", "left", "sense", "right"),
@@ -38,7 +38,7 @@ class Check:
         As declared, or a bound of a variable.
     left, right, slack, satisfied
         Values of the two sides in the constraint's unit, by how much it holds (negative where it is
-        violated), and whether it holds within `TOLERANCE`; numbers, or arrays by point.
+        violated), and whether it holds within `CONSTRAINT_TOLERANCE`; numbers, or arrays by point.
     points, names
         Meaning of the points of an array, and the name of each; empty if unknown.
 
@@ -186,8 +186,8 @@ def relations(model: Model) -> Sequence[Constraint]:
 
 
 def holding(sense: Sense, left: Number, right: Number) -> Truth:
-    """Return whether two values satisfy a relation, within `TOLERANCE`."""
-    allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
+    """Return whether two values satisfy a relation, within `CONSTRAINT_TOLERANCE`."""
+    allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right))
     if sense == ">=":
         return left >= right - allowance
     if sense == "<=":
@@ -259,14 +259,16 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
         else:
             faults.append(Fault(name, shown(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
-    others = {np.shape(each.value) for name, each in model_given.items() if name not in found}
+    others = {
+        np.shape(parameter.value) for name, parameter in model_given.items() if name not in found
+    }
     try:
         np.broadcast_shapes(*shapes.values(), *others)
     except ValueError:
         words = ", also with the model's " if others - {()} else ""
         words += ", ".join(map(str, sorted(others - {()})))
-        stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        faults.append(Fault("point", stated, f"arrays whose shapes broadcast{words}"))
+        sizes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        faults.append(Fault("point", sizes, f"arrays whose shapes broadcast{words}"))
     refuse(faults)
     return found
 
@@ -295,7 +297,7 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 def unusable(model: Model, values: Values) -> str:
     """Return where a programme has NaN: parameters, else labels of constraints."""
     wrong = (name for name in model.given if not np.isfinite(values[name]))
-    if parameters := [f"{name} = {values[name]:g}" for name in wrong]:
+    if parameters := [f"{name} = {typed(values[name])}" for name in wrong]:
         return ", ".join(parameters)
     anywhere = {**values, **{variable.name: 1.0 for variable in model.variables}}
 

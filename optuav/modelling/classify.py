@@ -81,7 +81,7 @@ def traits(model: Model) -> Traits:
     integer = any(unknown.binary for unknown in unknowns)
     from_0 = len(unknowns) <= 2 and all(bound == 0.0 for bound in bounds) and not integer
     pairs = zip(unknowns, bounds, strict=True)
-    open_below = (each.symbol for each, bound in pairs if bound == -math.inf)
+    open_below = (variable.symbol for variable, bound in pairs if bound == -math.inf)
     calls = [node for node in walked.nodes if isinstance(node, Call)]
     if {call.ufunc for call in calls} <= PARTIALS.keys():
         calls = []

@@ -109,7 +109,7 @@ class Declaration:
     @property
     def parameters(self) -> dict[str, Parameter]:
         """The named parameters that occur in the model: a reader may change them."""
-        return {name: each for name, each in self.given.items() if each.varies}
+        return {name: parameter for name, parameter in self.given.items() if parameter.varies}
 
     def row(self, index: int) -> dict[str, Any]:
         """Values of all parameters for one of several programmes that are declared as one."""

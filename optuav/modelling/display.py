@@ -127,7 +127,11 @@ def parameters(model: Declaration, writer: Text) -> list[tuple[str, str, str, st
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
     # Shares are listed too, though nobody may change one of them alone.
-    listed = (each for each in model.given.values() if each.varies or isinstance(each, Share))
+    listed = (
+        parameter
+        for parameter in model.given.values()
+        if parameter.varies or isinstance(parameter, Share)
+    )
     for parameter in listed:
         pattern = getattr(parameter.symbol, "pattern", parameter.symbol)
         alike.setdefault((pattern, parameter.unit, parameter.key), []).append(parameter)

@@ -254,7 +254,7 @@ class Affine(NamedTuple):
 
     def times(self, factor: Operand) -> "Affine":
         """This form times a number or an array."""
-        scaled = {name: each * factor for name, each in self.coefficients.items()}
+        scaled = {name: coefficient * factor for name, coefficient in self.coefficients.items()}
         return Affine(self.constant * factor, scaled)
 
 
@@ -295,7 +295,7 @@ def affine(expression: Operand, values: Values, done: dict[int, Operand] | None 
     if not form.linear:
         raise NotAffineError(lambda: not_linear(nodes(expression), done))
     form = form.whole
-    coefficients = {name: c for each, c in form.terms.items() for name, _ in each}
+    coefficients = {name: c for monomial, c in form.terms.items() for name, _ in monomial}
     return Affine(form.terms.get(CONSTANT, 0.0), coefficients)
 
 

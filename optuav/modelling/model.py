@@ -111,7 +111,7 @@ class Model(Declaration):
     def _aim(self, sense: Literal["maximise", "minimise"], objective: Operand, unit: str) -> None:
         if self.has_objective:
             already = f"the model {self.sense}s an objective already"
-            raise InputError(f"{sense}: {already}; state one, such as a weighted sum of both")
+            raise InputError(f"{sense}: {already}; use one, such as a weighted sum of both")
         self.sense, self.sign = sense, 1.0 if sense == "maximise" else -1.0
         self.objective, self.has_objective = objective, True
         self.objective_unit = unit or getattr(objective, "unit", "")
@@ -181,7 +181,7 @@ class Model(Declaration):
         for variable in model.variables:
             low, high = variable.lower, variable.upper
             variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)
-        parameters = {name: twins[id(each)] for name, each in walk.given.items()}
+        parameters = {name: twins[id(parameter)] for name, parameter in walk.given.items()}
         model._walk = Walk(state, trees, [twins[id(node)] for node in walk.nodes], parameters)
         return model
 

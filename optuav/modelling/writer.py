@@ -115,8 +115,8 @@ class Text:
         if isinstance(expression, Relation):
             left, right = map(self.write, expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
-        known = {id(node): self.named(node) for node in outermost(expression)}
-        return self._operand(fold(expression, self.named, self._call, done=known)).text
+        names = {id(node): self.named(node) for node in outermost(expression)}
+        return self._operand(fold(expression, self.named, self._call, done=names)).text
 
     def named(self, node: Leaf | Let) -> Written:
         """The symbol of a leaf or a named quantity."""

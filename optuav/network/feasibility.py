@@ -23,7 +23,7 @@ from optuav.network.variants import ON_RIM, as_variants
 from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
 from optuav.physics.cells import CELLS, TYPED, kind_of
-from optuav.presentation.numbers import figures_apart
+from optuav.presentation.numbers import amperes, figure, figures_apart, fixed, seconds
 
 LARGEST_LAG_S = 400.0  # Lag of the wells above which they are doubted
 MOST_RADIO = 0.1  # Share of the hover's current above which a radio is doubted
@@ -41,8 +41,8 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
         hover_m, low_m, high_m = device.hover_m, limits.min_altitude_m, limits.max_altitude_m
         if hover_m is not None and not low_m <= hover_m[2] <= high_m:
             reasons.append(
-                f"P1.e altitude: {_key(mission, device, 'hover_m')} is at {hover_m[2]:g} m, "
-                f"outside [{low_m:g}, {high_m:g}] m "
+                f"P1.e altitude: {_key(mission, device, 'hover_m')} is at {figure(hover_m[2])} m, "
+                f"outside [{figure(low_m)}, {figure(high_m)}] m "
                 "(limits.min_altitude_m, limits.max_altitude_m)"
             )
     if one_stop and not reasons and not network.routes.flyable.any():
@@ -75,7 +75,7 @@ def _out_of_reach(mission: Mission, device: Served, position_m: Floats) -> Itera
         away, reach = figures_apart(height_m, radius_m, 6)
         yield (
             f"{name} is out of reach: its link covers {reach} m, but hovering at "
-            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {away} m at least "
+            f"limits.min_altitude_m = {figure(limits.min_altitude_m)} m means {away} m at least "
             f"({_key(mission, device, 'position_m')}, link.transmit_power_W, "
             "limits.outage_probability)"
         )
@@ -88,7 +88,7 @@ def _out_of_reach(mission: Mission, device: Served, position_m: Floats) -> Itera
     risk, _ = figures_apart(outage, most, 3)
     yield (
         f"P1.a outage: {_key(mission, device, 'hover_m')} is {away} m from the device, its link "
-        f"covers {reach} m (outage {risk}, limits.outage_probability = {most:g})"
+        f"covers {reach} m (outage {risk}, limits.outage_probability = {figure(most)})"
     )
 
 
@@ -139,7 +139,10 @@ def _remedy(mission: Mission) -> str:
     if keys.obstacle_rule == "refuse":
         return 'flight.obstacles = "over" flies over it, "ignore" through it'
     clearance_m, ceiling_m = way_limits_m(keys)
-    limits = f"flight.clearance_m = {clearance_m:g} m and flight.max_altitude_m = {ceiling_m:g} m"
+    limits = (
+        f"flight.clearance_m = {figure(clearance_m)} m and flight.max_altitude_m = "
+        f"{figure(ceiling_m)} m"
+    )
     return f"no way {keys.obstacle_rule} it keeps {limits}"
 
 
@@ -160,8 +163,8 @@ def advice(mission: Mission) -> Iterator[str]:
     battery = mission.battery
     recommended_A = battery.packs * battery.capacity_As / 3600.0
     if battery.charge_current_A > recommended_A:
-        stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
-        yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
+        setting = f"battery.charge_current_A = {figure(battery.charge_current_A)} A"
+        yield f"{setting} is above 1 C of the battery, {figure(recommended_A)} A"
     yield from _lag_doubt(mission)
     yield from rate_doubt(mission, _draws(network))
     yield from _radio_doubt(mission)
@@ -180,8 +183,8 @@ def _lag_doubt(mission: Mission) -> Iterator[str]:
     lag_s, hover_A = float(mission.pool.lag_s), float(vehicle.hover_load(mission).current_A)
     bound_As = float(mission.pool.full.bound_As)
     if lag_s > LARGEST_LAG_S and bound_As > CELLS["lipo"].least_lag_s * hover_A:
-        size = f"of {lag_s:.0f} s" if mission.battery.flow_rate_per_s > 0.0 else "without end"
-        usual = f"{CELLS['lipo'].least_lag_s:g} to {CELLS['liion'].largest_lag_s:g} s"
+        size = f"of {seconds(lag_s, 0)}" if mission.battery.flow_rate_per_s > 0.0 else "without end"
+        usual = f"{figure(CELLS['lipo'].least_lag_s)} to {figure(CELLS['liion'].largest_lag_s)} s"
         yield (
             f"the wells have a lag (1−ω)²/k_F {size}, unlike any lithium cell at 25 °C ({usual}): "
             "optuav new --battery lipo writes wells of such cells"
@@ -198,8 +201,8 @@ def rate_doubt(mission: Mission, draws: Iterable[tuple[str, float]]) -> Iterator
     rate_C = largest_A * 3600.0 / (packs * battery.capacity_As)
     if most_C is not None and rate_C > most_C * (1.0 + TYPED):
         yield (
-            f"{what} draws {largest_A:.4g} A, {rate_C:.3g} C, beyond the {most_C:g} C to which "
-            f"wells `{kind}` were fitted: nothing is promised there"
+            f"{what} draws {amperes(largest_A)}, {figure(rate_C, 3)} C, beyond the "
+            f"{figure(most_C)} C to which wells `{kind}` were fitted: nothing is promised there"
         )
 
 
@@ -223,11 +226,11 @@ def _radio_doubt(mission: Mission) -> Iterator[str]:
     hover_A = float(model.hover().current_A)
     if not model.radio_included and radio_A > MOST_RADIO * hover_A:
         yield (
-            f"the radio draws {radio_A:.4g} A (link.transmit_power_W = "
-            f"{radio.transmit_power_W:g} W at link.transmit_voltage_V = "
-            f"{radio.transmit_voltage_V:g} V), more than a tenth of the {hover_A:.4g} A of "
-            f"hovering; a radio fed by the pack has its voltage, battery.nominal_voltage_V = "
-            f"{pack_V:g} V"
+            f"the radio draws {amperes(radio_A)} (link.transmit_power_W = "
+            f"{figure(radio.transmit_power_W)} W at link.transmit_voltage_V = "
+            f"{figure(radio.transmit_voltage_V)} V), more than a tenth of the {amperes(hover_A)} "
+            "of hovering; a radio fed by the pack has its voltage, battery.nominal_voltage_V = "
+            f"{figure(pack_V)} V"
         )
 
 
@@ -244,8 +247,8 @@ class Figure(NamedTuple):
         if self.value is None:
             return "none"
         if isinstance(self.value, tuple):
-            return "(" + ", ".join(f"{component:.2f}" for component in self.value) + ")"
-        return f"{self.value:.6g}"
+            return "(" + ", ".join(fixed(component) for component in self.value) + ")"
+        return figure(self.value)
 
 
 class BuildingFigures(NamedTuple):
@@ -327,8 +330,8 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    known = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
-    _, *times_s = (time_s if flies else None for time_s, flies in known)
+    flights = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
+    _, *times_s = (time_s if flies else None for time_s, flies in flights)
     places_of_rest = 1 + len(mission.served)
     figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):

@@ -20,6 +20,7 @@ from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, ORIGIN
 from optuav.network.routes import build_routes
+from optuav.presentation.numbers import figure
 
 if TYPE_CHECKING:
     import networkx
@@ -46,9 +47,9 @@ def graph(mission: Mission | str | Path) -> Graph:
 
     An edge is a leg that a route may use, with ``duration_s`` [s], ``charge_As`` [A s] and
     ``energy_J`` [J] drawn, ``distance_m`` [m] and ``peak_speed_m_s`` [m/s]. A leg that cannot be
-    flown or that crosses a building has no edge. Where nothing is in reach of the device there is
-    no node ``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures
-    changed; `validate_graph` checks the result.
+    flown or that crosses a building has no edge. If nothing is in reach of the device, there is no
+    node ``"hover"``. You may remove nodes of buildings and edges, add edges and change figures;
+    `validate_graph` checks the result.
 
     Legs come from the mission's flight model; the received power is
     P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), up to the battery's limit ([1]_ eqs (10)
@@ -62,7 +63,7 @@ def graph(mission: Mission | str | Path) -> Graph:
     Returns
     -------
     networkx.DiGraph
-        A new graph, which may be edited and handed to `optuav.solve`.
+        A new graph, which you may edit and pass to `optuav.solve`.
 
     References
     ----------
@@ -121,7 +122,7 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     Returns
     -------
     tuple of Fault
-        By node and edge, with their attributes as keys; empty if the graph is in order.
+        Faults by node and edge, with their attributes as keys; empty if the graph has none.
 
     Examples
     --------
@@ -240,7 +241,7 @@ def edited_legs(
 
     A leg without an edge is forbidden if it is `needed` (leg,), by default all; others stay.
     """
-    table = {name: each.copy() for name, each in legs.arrays.items()}
+    table = {name: column.copy() for name, column in legs.arrays.items()}
     table["flyable"][slice(None) if needed is None else needed] = False
     table["edited"][:] = False
     figures = np.stack([getattr(legs, name) for name in EDGE_FIGURES], axis=1)
@@ -289,5 +290,5 @@ def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
             yield Fault(f"{_node(node)}.position_m", shown(position_m), words, SOURCE)
         power_W = float(data["received_power_W"]) if data["laser_sight"] else 0.0
         if power_W > max(most_W, known_W) * (1.0 + ROUNDED_POWER):
-            words = f"at most {most_W:g} W charge at battery.charge_current_A"
+            words = f"at most {figure(most_W)} W charge at battery.charge_current_A"
             yield Fault(f"{_node(node)}.received_power_W", shown(power_W), words, SOURCE)

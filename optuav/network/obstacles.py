@@ -237,8 +237,8 @@ def clear_lines(
     Lines (line, 2) join places (variant, place, 3) [m]; `exempt` ([variant,] line, k) do not block
     them, and are the same for the same ends.
     """
-    known = np.asarray(np.isfinite(position_m).all(axis=2))
-    free = np.asarray(known[:, lines].all(axis=2))
+    exists = np.asarray(np.isfinite(position_m).all(axis=2))
+    free = np.asarray(exists[:, lines].all(axis=2))
     if not len(obstacles.building):
         return free
     low_m, high_m = (extreme.reduce(position_m, axis=0) for extreme in (np.fmin, np.fmax))

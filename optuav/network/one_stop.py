@@ -21,10 +21,11 @@ from optuav.network.legs import Legs, build_legs
 from optuav.network.network import Network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.prisms import prisms
+from optuav.presentation.numbers import figure
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 FIGURE_UNITS = ("s", "A s", "J")
-TOLERANCE = 1e-9  # Relative; a way around that is shorter only by rounding does not count
+DETOUR_TOLERANCE = 1e-9  # Relative; a way around that is shorter only by rounding does not count
 MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 
 
@@ -44,7 +45,10 @@ class Shortcut(NamedTuple):
         straight = f"{first} → {last}"
         if np.isinf(self.direct):
             return f"{way} can be flown, {straight} cannot"
-        return f"{way} takes {self.by_way:.6g} {unit}, {straight} takes {self.direct:.6g} {unit}"
+        return (
+            f"{way} takes {figure(self.by_way)} {unit}, {straight} takes {figure(self.direct)} "
+            f"{unit}"
+        )
 
 
 def all_legs(network: Network, graph: Graph | None = None) -> Legs:
@@ -79,7 +83,7 @@ def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     start, end = np.nonzero(flown)
     direct = figures[:, start, end][..., None]
     around = figures[:, start] + figures[:, :, end].swapaxes(1, 2)  # (figure, leg, third place)
-    less = direct > around * (1.0 + TOLERANCE)
+    less = direct > around * (1.0 + DETOUR_TOLERANCE)
     less[1:] &= np.isfinite(direct[1:])
     # Over the hover point, to a building and on from it: one of the two hovers may be moved.
     there = (start == ORIGIN) & (end >= FIRST_BUILDING)
@@ -89,11 +93,11 @@ def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     less[:, back, HOVER] &= stay
     third = np.where(less, around, np.inf).argmin(axis=2)
     shortcuts = []
-    for leg, figure in np.argwhere(less.any(axis=2).T).tolist():
-        via = third[figure, leg]
+    for leg, number in np.argwhere(less.any(axis=2).T).tolist():
+        via = third[number, leg]
         places = names[start[leg]], names[via], names[end[leg]]
-        numbers = float(direct[figure, leg, 0]), float(around[figure, leg, via])
-        shortcuts.append(Shortcut(places, FIGURES[figure], *numbers))
+        numbers = float(direct[number, leg, 0]), float(around[number, leg, via])
+        shortcuts.append(Shortcut(places, FIGURES[number], *numbers))
     return tuple(shortcuts)
 
 

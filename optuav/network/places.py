@@ -108,7 +108,9 @@ class Places:
         names = tuple(self.names[number] for number in numbers)
         first = self.first_building
         roofs = self.roofs[numbers[first:] - first]
-        return Places(names, **{name: each[numbers] for name, each in columns.items()}, roofs=roofs)
+        return Places(
+            names, **{name: column[numbers] for name, column in columns.items()}, roofs=roofs
+        )
 
     def on(self, building: Integers | int) -> Integers:
         """Return the numbers of the places on the roofs of buildings; the one before for −1."""
@@ -198,7 +200,7 @@ def own_roofs(towns: Sequence[Buildings], position_m: Floats, roofs: Integers) -
     """
     first = position_m.shape[1] - len(roofs)
     parts = zip(towns, np.split(position_m[:, :first], len(towns)), strict=True)
-    ends = np.concatenate([roofs_below(each, part.reshape(-1, 3)) for each, part in parts])
+    ends = np.concatenate([roofs_below(town, part.reshape(-1, 3)) for town, part in parts])
     ends = ends.reshape(-1, first)
     ends = ends[:1] if (ends == ends[0]).all() else ends
     return np.concatenate([ends, np.broadcast_to(roofs, (len(ends), len(roofs)))], axis=1)

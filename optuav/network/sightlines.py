@@ -87,7 +87,7 @@ def _clear(walls: npt.NDArray[np.object_], start_m: Floats, end_m: Floats) -> Bo
         (near,) = np.nonzero(near)
         met = near[shapely.intersects(wall, lines[left[near]])]
         if len(met):
-            left, low_m, high_m = (np.delete(each, met, axis=-1) for each in (left, low_m, high_m))
+            left, low_m, high_m = (np.delete(ends, met, axis=-1) for ends in (left, low_m, high_m))
     free = np.zeros(len(lines), bool)
     free[left] = True
     return free

@@ -104,14 +104,16 @@ def survey(
 
     # Only footprints of groups before `after` begin before the line ends.
     after = np.searchsorted(begins_m, ways.length_m)
-    known = np.minimum(np.searchsorted(obstacles.building, exempt), count - 1)
-    exempted = (obstacles.building[known] == exempt) & (group[known] < after[:, None])
-    exempted &= (bearing[:, None] - seen.first[known]) % seen.bearings < seen.spans[known]
+    at_exempt = np.minimum(np.searchsorted(obstacles.building, exempt), count - 1)
+    exempted = (obstacles.building[at_exempt] == exempt) & (group[at_exempt] < after[:, None])
+    exempted &= (bearing[:, None] - seen.first[at_exempt]) % seen.bearings < seen.spans[at_exempt]
     for k in range(1, exempt.shape[1]):
         exempted[:, k] &= (exempt[:, :k] != exempt[:, k, None]).all(axis=1)
     # The horizon is looked at before the first exempt footprint is in it. Where the bearing has no
     # more footprints from there on than the exempt ones, no other stands behind that horizon.
-    before = np.minimum(np.where(exempted, group[known], count).min(axis=1, initial=count), after)
+    before = np.minimum(
+        np.where(exempted, group[at_exempt], count).min(axis=1, initial=count), after
+    )
     later = -exempted.sum(axis=1)
 
     groups = np.arange(len(begins_m) + 2)

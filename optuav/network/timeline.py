@@ -17,7 +17,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import DESTINATION, ORIGIN
 from optuav.physics.flight import Flow
-from optuav.physics.kibam import STEPS, Battery, Stage, Wells
+from optuav.physics.kibam import STEP_BY_CHARGING, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
@@ -204,7 +204,7 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
     if mission.battery.takes_turns:
         ends = carry(mission, phases).wells
     else:
-        pool, step_of = mission.pool, STEPS[mission.battery.charging]
+        pool, step_of = mission.pool, STEP_BY_CHARGING[mission.battery.charging]
         ends, wells = list[Wells](), vehicle.start(mission).wells(pool)
         for phase in phases:
             ends.append(wells := reduce(partial(step_of, pool), phase.net, wells))
@@ -229,7 +229,7 @@ class Piece(NamedTuple):
 
 def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterator[Piece]:
     """Fly phases with pooled packs from take-off on, every stage in some equal pieces."""
-    pool, step_of = mission.pool, STEPS[mission.battery.charging]
+    pool, step_of = mission.pool, STEP_BY_CHARGING[mission.battery.charging]
     wells, start_s = vehicle.start(mission).wells(pool), 0.0
     for number, phase in enumerate(phases):
         for current_A, duration_s in phase.net:

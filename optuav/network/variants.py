@@ -89,7 +89,7 @@ class Variants:
                 values_of_table[name] = column
                 continue
             device, _, field = name.rpartition(".")
-            owner = next((each for each in mission.devices if each.name == device), None)
+            owner = next((served for served in mission.devices if served.name == device), None)
             here = values_of_table.setdefault(
                 name, list(getattr(owner or getattr(mission, table), field))
             )
@@ -276,7 +276,7 @@ def as_variants(*networks: Network) -> Variants:
     comparable = numeric_keys(first.mission) if len(networks) > 1 else ()
     for table, keys in groupby(comparable, lambda key: key.partition(".")[0]):
         tables = [getattr(mission, table) for mission in missions]
-        if all(each == tables[0] for each in tables[1:]):
+        if all(other == tables[0] for other in tables[1:]):
             continue
         for key in keys:
             values = [stated_value(mission, key) for mission in missions]

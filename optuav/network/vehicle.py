@@ -100,7 +100,7 @@ def in_calm_air(mission: Mission) -> Mission | None:
     if mission.wind == Wind():
         return None
     calm = mission.model_copy(update={"wind": Wind()})  # Not validated, as it may not count
-    drawn_A, calm_A = (float(hover_load(each).current_A) for each in (mission, calm))
+    drawn_A, calm_A = (float(hover_load(air).current_A) for air in (mission, calm))
     counts = np.isfinite(drawn_A) and not calm_A <= drawn_A * (1.0 + SAVED)
     return mission.replace({"wind": None}) if counts else None
 

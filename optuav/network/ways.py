@@ -108,8 +108,8 @@ def build_ways(
     limits_m = np.stack(np.broadcast_arrays(*own_limits_m), axis=-1)
     rows = max(len(position_m), len(limits_m))
     ends_m = position_m[:, lines].reshape(-1, count, 6)
-    shapes = ((each, (rows, count, each.shape[-1])) for each in (ends_m, limits_m))
-    table = np.concatenate([np.broadcast_to(*each) for each in shapes], axis=-1)
+    shapes = ((column, (rows, count, column.shape[-1])) for column in (ends_m, limits_m))
+    table = np.concatenate([np.broadcast_to(*column) for column in shapes], axis=-1)
     # A line that is as in the first variant of its town is bent once.
     first = np.arange(rows) // (in_town := rows // len(towns)) * in_town
     source = np.where((table == table[first]).all(axis=2).T, first, np.arange(rows)).T
@@ -119,9 +119,9 @@ def build_ways(
     exempt = own[line] if own.ndim == 2 else own[row, line]
     blocker, waypoints_m = np.full(len(row), CLEAR), np.full((len(row), 1, 3), np.nan)
     paths_m = dict[int, Floats]()
-    known = np.isfinite(start_m + end_m).all(axis=1)
+    exists = np.isfinite(start_m + end_m).all(axis=1)
     for number, town in enumerate(towns):
-        (here,) = np.nonzero(known & (row // in_town == number))
+        (here,) = np.nonzero(exists & (row // in_town == number))
         blocker[here] = crossed(prisms(town), start_m[here], end_m[here], exempt[here])
         bent = here[blocker[here] != CLEAR]
         for end_in_m in (start_m, end_m):  # No way leads into a building
@@ -288,7 +288,7 @@ class Fences(NamedTuple):
                 break
             met = np.append(met, new)
             if len(met) > MOST_MET:
-                words = f'a way around met more than {MOST_MET} footprints; state "over"'
+                words = f'a route around met more than {MOST_MET} footprints; set "over"'
                 raise InputError([Fault("flight.obstacles", '"around"', words)])
             walls, _ = self.seen(met, *(np.tile(x, (len(met), 1)) for x in (start_m, end_m)))
             shortest_m = shortest_past(walls, ends_m)

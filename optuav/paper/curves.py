@@ -38,7 +38,7 @@ SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
 HOVER_S = 100.0  # Hover time of Figs. 9 and 10 [s].
 
 WIND_POINTS = 401
-HALVINGS = 30
+PACK_HALVINGS = 30  # Halvings of the size of a pack
 LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()
@@ -111,7 +111,7 @@ def least_pack(
         hover_s = most.hover_time_s - rounding_s if left_s <= rounding_s else math.inf
     if most.hover_time_s < hover_s:
         return None
-    for _ in range(HALVINGS):
+    for _ in range(PACK_HALVINGS):
         plan = direct(mission, middle := 0.5 * (low + high), perspective)
         enough = bool(plan) and plan.hover_time_s >= hover_s
         low, high = (low, middle) if enough else (middle, high)

@@ -25,8 +25,8 @@ from optuav.paper.curves import BEST, DATA, solve, with_deadline
 from optuav.paper.ledger import FAR_M, NEAR_M, Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
-from optuav.plots.style import drawable, minus
-from optuav.presentation.numbers import percent
+from optuav.plots.style import drawable
+from optuav.presentation.numbers import figure, fixed, minus, percent, seconds
 
 if TYPE_CHECKING:  # `optuav.plots` reports missing libraries
     from matplotlib.axes import Axes
@@ -71,24 +71,24 @@ class Exhibit:
         self.mission, self.file, self.part = mission, file, part
         self.records, self.rows, self.axes = records, rows, axes
         known_of_file = DATA["exhibit"][file]
-        known = {"part": part, "deadline_s": mission.limits.deadline_s}
-        known |= {name: value for name, value in words.items() if value is not None}
+        options = {"part": part, "deadline_s": mission.limits.deadline_s}
+        options |= {name: value for name, value in words.items() if value is not None}
         labels = known_of_file.keys() & {"title", "x_label", "y_label"}
-        if texts := {label: known_of_file[label].format(**known) for label in labels}:
+        if texts := {label: known_of_file[label].format(**options) for label in labels}:
             texts["title"] = f"{drawable(mission.name)}: {texts['title']}"
             if bars:
                 self.axes = plots.bars(bars, **texts, level=next(iter(marks), None))
             else:
-                lines = list(_lines(records, known_of_file, known))
+                lines = list(_lines(records, known_of_file, options))
                 from_zero = known_of_file.get("y_from_zero", False)
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         self.findings = list[str]()
         for sentence in known_of_file.get("findings", ()):
             # Findings on a plan or a crossing that does not exist are left out.
             with contextlib.suppress(KeyError):
-                self.findings.append(sentence.format(**known))
+                self.findings.append(sentence.format(**options))
         self.findings += findings
-        self.details = known_of_file.get("details", "").format(**known)
+        self.details = known_of_file.get("details", "").format(**options)
 
     @property
     def name(self) -> str:
@@ -134,7 +134,7 @@ def is_papers(mission: Mission) -> bool:
 
 def number(value: float, digits: int) -> str:
     """A number with a minus for its sign, and none where it rounds to 0."""
-    return minus(f"{round(value, digits) + 0.0:.{digits}f}")
+    return fixed(value, digits)
 
 
 def why(plan: Plan) -> str:
@@ -194,7 +194,10 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
             "deadline_s": plan.mission.limits.deadline_s,
             "perspective": plan.perspective,
             **{f"{time}_time_s": getattr(plan, f"{time}_time_s") for time in times},
-            **{f"eta{n}_percent": eta(plan, each) for n, each in enumerate(PAPER, start=1)},
+            **{
+                f"eta{n}_percent": eta(plan, perspective)
+                for n, perspective in enumerate(PAPER, start=1)
+            },
             **{end: getattr(plan, end) for end in ends},
             "route": " > ".join(plan.route),
             "stays": "; ".join(_stays(plan)),
@@ -206,7 +209,7 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
 def _stays(plan: Plan) -> list[str]:
     """The stops of a plan in words."""
     stops = ((dict.fromkeys((stop.kind, str(stop.at))), stop.duration_s) for stop in plan.stops)
-    return [f"{' '.join(names)} {duration_s:.2f} s" for names, duration_s in stops]
+    return [f"{' '.join(names)} {seconds(duration_s)}" for names, duration_s in stops]
 
 
 def _columns(**values: Any) -> list[Record]:
@@ -241,15 +244,17 @@ def _course(plan: Plan, file: str, words: Mapping[str, object], **others: Any) -
     trace = replay(plan).trace
     wells = {name: getattr(trace, name).sum(axis=1) for name in ("available_As", "bound_As")}
     highest = 100.0 * wells["available_As"].max() / float(plan.mission.pool.full[0])
-    known = {"plan": plan, "highest": highest, **words}
+    context = {"plan": plan, "highest": highest, **words}
     records, axes = _columns(time_s=trace.time_s, **wells), plots.wells([plan])[0]
-    return Exhibit(plan.mission, file, records, known, axes, **others)
+    return Exhibit(plan.mission, file, records, context, axes, **others)
 
 
 def direct_path(mission: Mission) -> Exhibits:
     """Table II: the direct path in every perspective, in whole slots as in the paper."""
     plans = {
-        f"{deadline_s:g} s, {perspective}": curves.table2_row(mission, deadline_s, perspective)
+        f"{figure(deadline_s)} s, {perspective}": curves.table2_row(
+            mission, deadline_s, perspective
+        )
         for deadline_s in deadlines_s(mission)
         for perspective in (*PAPER, AVAILABLE)
     }
@@ -302,13 +307,13 @@ def by_perspective(mission: Mission) -> Exhibits:
             for name, plan in curves.by_trajectory(changed, perspective).items()
         }
         plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
-        flown, part = existing(plans), f"{deadline_s:g}s"
+        flown, part = existing(plans), f"{figure(deadline_s)}s"
         records, bars = _records(flown, "trajectory"), _bars(chosen)
         said = list[str]()
         for perspective in (*PAPER, AVAILABLE):
             best, names = curves.longest(changed, perspective)
             ways = " and ".join(names) or " → ".join(best.route)
-            said += [f"{perspective}: {best.hover_time_s:.2f} s by {ways}."] if best else []
+            said += [f"{perspective}: {seconds(best.hover_time_s)} by {ways}."] if best else []
         said += (*grounded(flown, "bars"), *missing(plans))
         yield Exhibit(changed, "hover-time", records, bars=bars, part=part, findings=said)
         bars = _bars(chosen, lambda plan: eta(plan, "battery"))
@@ -343,15 +348,15 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
         _plan(mission, perspective)
     own_rows = [row for row in records if row["max_speed_rad_s"] == own_speed]
     pairs = [(row["min_soc_percent"], row["hover_time_s"]) for row in own_rows]
-    lost = next((f"{percent:g}" for percent, hover_s in pairs if math.isnan(hover_s)), None)
+    lost = next((figure(soc) for soc, hover_s in pairs if math.isnan(hover_s)), None)
     words = {"lost": lost, "where": "" if loads else " at the mission's own v_max", "loads": loads}
-    known = [pair for pair in pairs if not math.isnan(pair[1])]
-    if len(known) > 1:
-        (start, first), *others = known
+    measured = [pair for pair in pairs if not math.isnan(pair[1])]
+    if len(measured) > 1:
+        (start, first), *others = measured
         if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
             words["constant"] = first
         else:
-            falls = (f"{percent(1.0 - s / first)} at η0 = {n:g} %" for n, s in others)
+            falls = (f"{percent(1.0 - s / first)} at η0 = {figure(n)} %" for n, s in others)
             words |= {"least": start, "first": first, "falls": ", ".join(falls)}
     yield Exhibit(mission, "least-charge", records, words, part=perspective)
 
@@ -363,14 +368,14 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     crossing_As = curves.least_pack(dark, perspective, best_s)
     full_As = curves.least_pack(dark, perspective)
     ends = {"as long without laser": crossing_As, "ended by the deadline": full_As}
-    marks = [plots.Mark(at, f"{words}: {at:.0f} A s") for words, at in ends.items() if at]
+    marks = [plots.Mark(at, f"{words}: {fixed(at, 0)} A s") for words, at in ends.items() if at]
     first_As, last_As = 0.8 * own_As, max([1.15 * own_As, *(1.06 * mark.at for mark in marks)])
     bends = [*(mark.at for mark in marks), curves.least_pack(mission, perspective) or 0.0]
     inner = [bend for bend in bends if first_As < bend < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
     columns = {"pack_As": packs_As, "optimum_with_laser_and_own_pack_s": best_s}
-    for name, each in (("without", dark), ("with", mission)):
-        plans = (curves.direct(each, pack_As, perspective) for pack_As in packs_As)
+    for name, subject in (("without", dark), ("with", mission)):
+        plans = (curves.direct(subject, pack_As, perspective) for pack_As in packs_As)
         columns[f"direct_{name}_laser_s"] = [p.hover_time_s if p else math.nan for p in plans]
     words = {"own_As": own_As, "best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
     if crossing_As is not None:
@@ -401,11 +406,10 @@ def charging(mission: Mission) -> Exhibits:
     records, spans = list[Record](), list[str]()
     for power_W in sorted({*SOURCES_W, mission.laser.power_W}):
         energy_J, efficiency = curves.harvest(mission, power_W, FAR_M)
-        percent = 100.0 * efficiency
+        near = efficiency[NEAR_M[-1] >= FAR_M]
         columns = {"source_power_W": power_W, "distance_m": FAR_M, "harvested_J": energy_J}
-        records += _columns(**columns, efficiency_percent=percent)
-        near = percent[NEAR_M[-1] >= FAR_M]
-        spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
+        records += _columns(**columns, efficiency_percent=100.0 * efficiency)
+        spans.append(f"{figure(power_W)} W {percent(near.min(), 1)} to {percent(near.max(), 1)}")
     for file in ("harvested-energy", "harvest-efficiency"):
         yield Exhibit(mission, file, records, {"spans": "; ".join(spans)})
 
@@ -418,7 +422,7 @@ def runs_dry(mission: Mission) -> Exhibits:
         "left": eta(plan, "battery"),
         "level": number(level, 1),
         "dry_s": plan.runs_dry_s,
-        "lasting": f"Δ = {kept.hover_time_s:.2f} s" if kept else f"no plan exists: {why(kept)}",
+        "lasting": f"Δ = {seconds(kept.hover_time_s)}" if kept else f"no plan exists: {why(kept)}",
     }
     yield _course(plan, "runs-dry", words)
 
@@ -438,7 +442,7 @@ def second_problem(mission: Mission) -> Exhibits:
     problems = (P1(), P2(), P2(tight=True))
     plans = {problem.name: solve(changed, problem, perspective="battery") for problem in problems}
     labels = DATA["exhibit"]["second-problem"]["labels"]
-    said = {n: f"{p.hover_time_s:.2f} s" if p else f"no plan, {why(p)}" for n, p in plans.items()}
+    said = {n: seconds(p.hover_time_s) if p else f"no plan, {why(p)}" for n, p in plans.items()}
     hovers = "; ".join(f"{name} {words}" for name, words in said.items())
     records = _records(flown := existing(plans), "problem")
     bars = _bars({(labels[name], ""): plan for name, plan in flown.items()})
@@ -451,9 +455,9 @@ def more_stops(mission: Mission) -> Exhibits:
     for times, (words, (stops, hovers)) in itertools.product(LATER, WAYS.items()):
         deadline_s = times * mission.limits.deadline_s
         plan = solve(with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers))
-        plans[f"{words}, T_max = {deadline_s:g} s"] = plan
+        plans[f"{words}, T_max = {figure(deadline_s)} s"] = plan
     flown = existing(plans)
-    said = [f"{n}: {p.hover_time_s:.3f} s; {', '.join(_stays(p))}." for n, p in flown.items()]
+    said = [f"{n}: {seconds(p.hover_time_s, 3)}; {', '.join(_stays(p))}." for n, p in flown.items()]
     bars = _bars({(n.replace(", T_max", ",\n$T_{\\max}$"), ""): plan for n, plan in flown.items()})
     said += missing(plans)
     yield Exhibit(mission, "more-stops", _records(flown, "most"), bars=bars, findings=said)

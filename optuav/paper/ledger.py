@@ -33,6 +33,7 @@ from optuav.physics import laser, rotor
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Fold, Heading, Note, Table
 from optuav.presentation.markup import yes_or_no
+from optuav.presentation.numbers import fixed, minus
 from optuav.presentation.presented import Presented
 from optuav.presentation.text import as_text
 from optuav.solving.assemble import quantities
@@ -227,8 +228,8 @@ class Ledger(Presented):
             rows = [
                 (
                     entry.statement.name,
-                    f"{entry.statement.stated} {entry.statement.unit}".rstrip(),
-                    *(entry.figure(value) for value in (entry.printed, entry.recovered)),
+                    minus(f"{entry.statement.stated} {entry.statement.unit}").rstrip(),
+                    *(minus(entry.figure(value)) for value in (entry.printed, entry.recovered)),
                 )
                 for entry in entries
             ]
@@ -292,8 +293,8 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     Parameters
     ----------
     names
-        A name of an entry, or several; or beginnings of names where no entry has the name. All
-        entries by default.
+        A name of an entry, or several; or beginnings of names if no entry has exactly this name.
+        All entries by default.
 
     Returns
     -------
@@ -347,7 +348,7 @@ def source_for_full_charge(mission: Mission) -> Value:
     share = laser.transmission(beam.attenuation_per_km, distance_m)
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
     needed_W = np.max(laser.source_limit(beam.conversion, most_W, share))
-    return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
+    return "below 1 kW" if needed_W < 1000.0 else f"{fixed(needed_W, 0)} W"
 
 
 def c9_over_c6(mission: Mission) -> Value:
@@ -497,8 +498,8 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "harvest_by_power": lambda m: (
         "rises" if np.diff(_harvests(m, NEAR_M)[:, 0], axis=0).min() > 0 else "does not always rise"
     ),
-    "efficiency_near": lambda m: "{:.1f} to {:.1f}".format(
-        *(100.0 * end(_harvests(m, NEAR_M)[:, 1]) for end in (np.min, np.max))
+    "efficiency_near": lambda m: " to ".join(
+        fixed(100.0 * end(_harvests(m, NEAR_M)[:, 1]), 1) for end in (np.min, np.max)
     ),
 }
 """Values of one line, by name."""

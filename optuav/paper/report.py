@@ -25,8 +25,8 @@ from optuav.paper.curves import DATA, PAPERS, solve
 from optuav.paper.figures import Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
-from optuav.plots.style import minus
 from optuav.presentation.markup import element
+from optuav.presentation.numbers import minus
 from optuav.studies.compare_methods import Progress
 from optuav.studies.processes import WORKERS, run_tasks
 from optuav.studies.results import as_csv
@@ -105,13 +105,15 @@ def reproduce(
         Name of a study, or several; or numbers of the paper such as ``"fig5"`` and ``"table2"``;
         all by default. ``"ledger"`` is the ledger of the paper's numbers.
     mission
-        A mission of your own to make the studies for, without the ledger; the paper's two missions
-        by default.
+        A mission of your own for the studies, without the ledger; the paper's two missions by
+        default.
     progress
-        Called with the number of steps done, of all, and the name of the next.
+        Callback for progress: receives the number of steps done, their total, and the name of the
+        next one.
     workers
-        How many processes share the work, 1 to 1000; the files are the same. More than one import
-        the main module again, which must not reproduce unless it is run as a script.
+        Number of processes that share the work, 1 to 1000; the files are the same. Several
+        processes import the main module again, which must call `reproduce` only if it is run as a
+        script.
 
     Returns
     -------
@@ -121,8 +123,8 @@ def reproduce(
     Raises
     ------
     InputError
-        If such a mission has no such study, matplotlib is missing, or the directory cannot
-        be made or written to. Every file is written whole or not at all.
+        If a study does not exist for the mission, matplotlib is missing, or the directory cannot be
+        made or written to. Every file is written whole or not at all.
 
     Examples
     --------
@@ -133,7 +135,7 @@ def reproduce(
     optuav.errors.InputError: only = 'fig99': must be one of wells, system, ...
     """
     loaded = None if mission is None else load(mission)
-    known = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
+    choices = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
     only = several("only", only, str, "the name of a study, or several", 0)
     wrong = [
         Fault(
@@ -142,9 +144,9 @@ def reproduce(
             "cannot be the ledger, which belongs to the paper's two missions",
         )
         if name == LEDGER
-        else Fault("only", shown(name), f"one of {', '.join(known)}{nearest(name, known)}")
+        else Fault("only", shown(name), f"one of {', '.join(choices)}{nearest(name, choices)}")
         for name in only
-        if name not in known
+        if name not in choices
     ]
     refuse([*wrong, *misfits(("workers", workers, WORKERS))])
     folder, files = path_of(directory, "directory"), _files(loaded, only, progress, workers)

@@ -26,10 +26,10 @@ HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the pap
 def cells(rows: Sequence[Sequence[Any]], columns: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """The statements of the table, row by row; a column says what its cells share."""
     for number, (deadline_s, perspective, slots_s, *printed) in enumerate(rows, start=1):
-        known = {"deadline_s": deadline_s, "perspective": perspective, "slots_s": slots_s}
+        options = {"deadline_s": deadline_s, "perspective": perspective, "slots_s": slots_s}
         for (name, column), stated in zip(columns.items(), printed, strict=True):
             texts = ((key, text) for key, text in column.items() if isinstance(text, str))
-            cell = {key: text.format(**known, hover_s=printed[0]) for key, text in texts}
+            cell = {key: text.format(**options, hover_s=printed[0]) for key, text in texts}
             at = (column["eta"], slots_s) if "eta" in column else (deadline_s, perspective)
             yield {
                 **cell,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.physics.quantity import Quantity, Vector, norm
+from optuav.presentation.numbers import fixed
 
 FASTEST_WITHOUT_DRAG_M_S = 40.0
 """Peak speed above which the missing drag matters [m/s]; small drones hardly reach it."""
@@ -20,7 +21,7 @@ def speed_warning(peak_speed_m_s: float, *, has_drag: bool = False) -> str | Non
     """A sentence on a peak speed [m/s] above 40 m/s without drag; None for others."""
     if has_drag or not peak_speed_m_s > FASTEST_WITHOUT_DRAG_M_S:
         return None
-    return f"a peak of {peak_speed_m_s:.1f} m/s is not realistic: this model has no drag"
+    return f"a peak of {fixed(peak_speed_m_s, 1)} m/s is not realistic: this model has no drag"
 
 
 class Flow(NamedTuple):

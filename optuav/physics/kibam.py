@@ -289,5 +289,5 @@ def tapered_from(battery: Battery, wells: Wells, stage: Stage, full_s: Quantity)
     return held(battery, steady, stage.duration_s - steady_s)
 
 
-STEPS = {"constant": step, "taper": tapered}
+STEP_BY_CHARGING = {"constant": step, "taper": tapered}
 """Effect of a stage on the wells, by name of the charging; at constant current y1 may exceed ωB."""

@@ -28,6 +28,7 @@ from optuav.options import SCHEDULES, Schedule
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, held, step
 from optuav.physics.quantity import TINY, Quantity
+from optuav.presentation.numbers import figure, short
 
 ROUNDED_WELL = 1e-12  # Share of the capacity that rounding may carry a well past its limit [-]
 NOBODY = -1  # Number that stands for no pack
@@ -352,7 +353,7 @@ def _range_faults(
     is_number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
     if not is_number or not least <= float(value) <= most:  # type: ignore[arg-type]
         noun = "a whole number" if whole else "a number"
-        yield Fault(key, shown(value), f"{noun}, {least:g} <= x <= {most:g} [{unit}]")
+        yield Fault(key, shown(value), f"{noun}, {short(least)} <= x <= {short(most)} [{unit}]")
 
 
 def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float:
@@ -374,7 +375,7 @@ def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float
                 if packs.clock_s[0] >= horizon_s:
                     return math.inf
                 if followed > MOST_STRETCHES:
-                    words = f"after {packs.clock_s[0]:.6g} s the packs still carry the load"
+                    words = f"after {figure(packs.clock_s[0])} s the packs still carry the load"
                     words = f"{MOST_STRETCHES} stretches do not reach the end: {words}"
                     raise SolverError(f"{words}; a horizon_s says how long to follow it")
 

@@ -28,12 +28,12 @@ Formula = TypeVar("Formula", bound=Callable[..., Any])
 
 def memoised(formula: Formula) -> Formula:
     """A formula whose last results are kept where it is called with numbers."""
-    known = lru_cache(maxsize=1000)(formula)
+    remembered = lru_cache(maxsize=1000)(formula)
 
     @wraps(formula)
     def result(*figures: Any, **named: Any) -> Any:
         try:
-            return known(*figures, **named)
+            return remembered(*figures, **named)
         except TypeError:  # arrays, which have no hash
             return formula(*figures, **named)
 

@@ -8,7 +8,7 @@ from optuav.physics.quantity import Quantity
 
 DOUBLINGS = 200
 """Doublings after which a function that is still above 0 is taken to stay there."""
-HALVINGS = 60
+ROOT_HALVINGS = 60  # Halvings of an interval that holds a root
 MOST_HALVINGS = 100  # Halvings after which neighbouring floats are reached
 
 
@@ -26,7 +26,7 @@ def last_nonnegative(falling: Callable[[Quantity], Quantity], scale: Quantity) -
             break
         low, high = np.where(beyond, high, low), np.where(beyond, 2.0 * high, high)
     endless = falling(high) >= 0.0
-    for _ in range(HALVINGS):
+    for _ in range(ROOT_HALVINGS):
         middle = 0.5 * (low + high)
         beyond = falling(middle) >= 0.0
         low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)

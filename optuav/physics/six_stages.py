@@ -29,6 +29,7 @@ import numpy as np
 from optuav.physics import drag, rotor
 from optuav.physics.flight import LEVEL, Attitude, LegState, Loads
 from optuav.physics.quantity import TINY, Quantity, Vector, is_number, memoised, norm
+from optuav.presentation.numbers import figure
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
 """Stages of a leg in flight; how long the sixth, hovering, lasts is up to the mission."""
@@ -214,8 +215,8 @@ def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | 
     if thrust_N > external_N:
         return None
     return (
-        f"the rotors give {thrust_N:.6g} N at full speed, "
-        f"but weight and wind take {external_N:.6g} N"
+        f"the rotors give {figure(thrust_N)} N at full speed, "
+        f"but weight and wind take {figure(external_N)} N"
     )
 
 

@@ -18,9 +18,10 @@ from optuav.network import vehicle
 from optuav.network.map_extent import scene
 from optuav.network.timeline import Phase, PhaseStage, carry, steps
 from optuav.physics.flight import Loads
+from optuav.physics.kibam import Wells
 from optuav.physics.quantity import Quantity
 from optuav.plan.data import JUDGES_TOLERANCE
-from optuav.presentation.numbers import percent, percent_apart
+from optuav.presentation.numbers import figure, percent, percent_apart, seconds, typed
 
 EMPTY = "cannot be flown: the battery is empty on the way"
 MORE = 0.005  # Share added to a reserve, as another plan has another share in its available well
@@ -34,6 +35,9 @@ class FlightCharge(NamedTuple):
     at_landing: float
     dry: bool  # Whether the available well, or the last pack, is empty on the way
     planned: float  # At the landing without climbs, and what the available well then lacks
+    start: Wells | None = (
+        None  # In the wells at the take-off [A s]; None if full, or of packs in turn
+    )
 
 
 def vertical_legs(mission: Mission, climb_m: float) -> tuple[Loads, Loads]:
@@ -101,6 +105,7 @@ def flight_charges(
     size_As = float(mission.pool.capacity_As)
     before, after, dry = [0.0] * len(climbed), [0.0] * len(climbed), [False] * len(climbed)
     planned, lacks = [nan] * len(climbed), [0.0] * len(climbed)
+    wells: list[Wells | None] = [None] * len(climbed)
     if mission.battery.takes_turns:
         course = carry(mission, climbed)
         after = [_share(wells.total_As, size_As) for wells in course.wells]
@@ -110,22 +115,26 @@ def flight_charges(
     else:
         for number, pieces in groupby(steps(mission, climbed), key=lambda piece: piece[0]):
             pieces_of_phase = [*pieces]
-            before[number] = _share(pieces_of_phase[0][3].total_As, size_As)
+            wells[number] = pieces_of_phase[0].before
+            before[number] = _share(pieces_of_phase[0].before.total_As, size_As)
             after[number] = _share(pieces_of_phase[-1][4].total_As, size_As)
             least_As = min(float(wells.available_As) for *_, wells in pieces_of_phase)
             dry[number] = least_As < -JUDGES_TOLERANCE * size_As
             lacks[number] = max(-least_As / size_As, 0.0)
         for piece in steps(mission, phases):
             planned[piece[0]] = _share(piece[4].total_As, size_As)
-    found = list[FlightCharge]()
+    charges = list[FlightCharge]()
     kinds = enumerate(phase.kind == "rest" for phase in climbed)
     for rests, numbered in groupby(kinds, key=lambda pair: pair[1]):
         if not rests:
             first, *_ = numbers = [number for number, _ in numbered]
             *_, last = numbers
             empty, lack = any(dry[n] for n in numbers), max(lacks[n] for n in numbers)
-            found.append(FlightCharge(before[first], after[last], empty, planned[last] + lack))
-    return found
+            start = wells[first] if before[first] < 1.0 - JUDGES_TOLERANCE else None
+            charges.append(
+                FlightCharge(before[first], after[last], empty, planned[last] + lack, start)
+            )
+    return charges
 
 
 def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
@@ -140,13 +149,14 @@ def climbs(mission: Mission, flights: int, climb_m: float) -> Iterator[str]:
     if isfinite(time_s + charge_As):
         share = charge_As / float(mission.pool.capacity_As)
         yield (
-            f"Every flight climbs {climb_m:g} m before its first leg and descends {climb_m:g} m "
-            f"after its last one. The plan does not count that: {time_s:.1f} s and "
-            f"{percent(share)} of the battery in {plural(flights, 'flight')}."
+            f"Every flight climbs {figure(climb_m)} m before its first leg and descends "
+            f"{figure(climb_m)} m after its last one. The plan does not count that: "
+            f"{seconds(time_s, 1)} and {percent(share)} of the battery in "
+            f"{plural(flights, 'flight')}."
         )
     if climb_m < waypoints.LEAST_CLIMB_M:
         yield (
-            f"PX4 refuses a take-off to less than {waypoints.LEAST_CLIMB_M:g} m, unless its "
+            f"PX4 refuses a take-off to less than {figure(waypoints.LEAST_CLIMB_M)} m, unless its "
             "parameter NAV_ACC_RAD is below 10 m."
         )
 
@@ -184,17 +194,17 @@ def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[
     time_s, deadline_s = sum(phase.duration_s for phase in climbed), mission.limits.deadline_s
     if time_s > deadline_s * (1.0 + JUDGES_TOLERANCE):
         earlier_s = floor(2.0 * deadline_s - time_s)
-        yield f"WARNING: with its climbs, the plan takes {time_s:.1f} s; the deadline is " + (
-            f"{deadline_s:g} s. Unless that deadline already counts climbs, plan with "
+        yield f"WARNING: with its climbs, the plan takes {seconds(time_s, 1)}; the deadline is " + (
+            f"{figure(deadline_s)} s. Unless that deadline already counts climbs, plan with "
             f"--set limits.deadline_s={earlier_s}."
             if earlier_s > 0
-            else f"{deadline_s:g} s."
+            else f"{figure(deadline_s)} s."
         )
 
 
 def _reserve(share: float) -> str:
     """The option that states a reserve, rounded up to whole percent."""
-    return f"--set limits.min_soc={ceil(100.0 * share - 1e-9) / 100.0:g}"
+    return f"--set limits.min_soc={typed(ceil(100.0 * share - 1e-9) / 100.0)}"
 
 
 def taken_off_with(charge: FlightCharge) -> str:

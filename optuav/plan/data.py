@@ -18,6 +18,7 @@ from optuav.mission.messages import shown
 from optuav.network.places import ends_of
 from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
 from optuav.physics.kibam import time_to_empty, time_to_full
+from optuav.presentation.numbers import seconds
 from optuav.status import Status
 
 CANNOT = "this plan cannot be flown: "
@@ -114,10 +115,10 @@ class PlanData(Record):
             with_or_without = "needs" if answered else "has no"
             faults = [f"with status {self.status.value}, a plan {with_or_without} phases and soc"]
         here, named = None, {end for p in self.phases for end in (p.start_place, p.end_place)}
-        known = {*ends_of(self.mission), *named.intersection(self.mission.buildings.names)}
+        existing = {*ends_of(self.mission), *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
-            strange = (name for name in ends if name not in known)
+            strange = (name for name in ends if name not in existing)
             wrong = [f": {name!r} is not a place of the mission" for name in strange]
             if here not in (None, phase.start_place):
                 wrong.append(" begins elsewhere than the one before it ends")
@@ -220,9 +221,9 @@ class PlanData(Record):
         dry_s, full_s = self.limits_passed_s()
         if dry_s is not None:
             what = "no pack is left to fly on" if turns else "the available well runs dry"
-            sentences.append(f"{what} at {dry_s:.2f} s: this plan cannot be flown")
+            sentences.append(f"{what} at {seconds(dry_s)}: this plan cannot be flown")
         if full_s is not None:
-            what = f"charging drives the available well past full at {full_s:.2f} s"
+            what = f"charging drives the available well past full at {seconds(full_s)}"
             sentences.append(f"{what}: the battery would take less than the plan counts on")
         return tuple(sentences)
 

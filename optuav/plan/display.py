@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable
-from itertools import chain
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree.ElementTree import Element
 
@@ -17,7 +17,7 @@ from optuav.network.timeline import carry, steps
 from optuav.physics.kibam import Wells
 from optuav.plan.data import PlanData
 from optuav.presentation.markup import element
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import figure, percent, seconds
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 440.0, 120.0  # Size of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
+END, BOTTOM = LEFT + WIDTH, ABOVE + HEIGHT  # Right and lower ends of the levels [px]
+LOWEST = BOTTOM + 37.0  # Line of the legend [px]
+LINE = {"stroke": "currentColor"}
 BOUND, AVAILABLE, LACKING, EXCESS = (
     LOOKS[role].light for role in ("bound", "available", "dry", "overfull")
 )
@@ -49,7 +52,7 @@ def wells_over_plan(plan: PlanData) -> Levels:
     mission = plan.mission
     changes = [(0.0, *vehicle.start(mission).wells(mission.pool))]
     if mission.battery.takes_turns:
-        for stretch in chain.from_iterable(carry(mission, plan.phases).stretches):
+        for stretch in itertools.chain.from_iterable(carry(mission, plan.phases).stretches):
             end_s = stretch.start_s[0] + stretch.duration_s[0]
             changes.append((end_s, *(well[0].sum() for well in stretch.wells)))
     else:
@@ -94,6 +97,22 @@ def thinned(course: Levels) -> Levels:
     return Levels(*(np.append(values[:-1:step], values[-1]) for values in course))
 
 
+class Frame(NamedTuple):
+    """Where a moment [s] and a charge [%] stand in a picture [px]."""
+
+    end_s: float
+    low: float
+    high: float
+
+    def x(self, time_s: float) -> float:
+        """Pixels from the left."""
+        return LEFT + WIDTH * min(time_s, self.end_s) / self.end_s
+
+    def y(self, percent: float) -> float:
+        """Pixels from above."""
+        return ABOVE + HEIGHT * (self.high - percent) / (self.high - self.low)
+
+
 def picture(
     course: Levels,
     phases: Iterable[tuple[str, float, float]],
@@ -110,68 +129,95 @@ def picture(
     percent = 100.0 / float(full.total_As)
     bound, total = percent * bound_As, percent * (bound_As + available_As)
     excess = percent * np.maximum(available_As - float(full.available_As), 0.0)
-    end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDED_LEVEL
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
-
-    def x(time_s: float) -> float:
-        return LEFT + WIDTH * min(time_s, end_s) / end_s
-
-    def y(percent: float) -> float:
-        return ABOVE + HEIGHT * (high - percent) / (high - low)
-
-    drawn = list[Element]()
-
-    def draw(tag: str, *words: str, **look: str | float) -> None:
-        """Add a part of the picture; numbers are in pixels."""
-        written = {name: v if isinstance(v, str) else f"{v:.1f}" for name, v in look.items()}
-        drawn.append(element(tag, *words, **written))
-
-    def draw_area(colour: str, under: Floats, over: Floats) -> None:
-        corners = [*zip(time_s, over, strict=True), *reversed([*zip(time_s, under, strict=True)])]
-        points = " ".join(f"{x(moment_s):.1f},{y(level):.1f}" for moment_s, level in corners)
-        draw("polygon", points=points, fill=colour, fill_opacity="0.85")
-
-    draw_area(BOUND, np.zeros_like(bound), bound)
-    draw_area(AVAILABLE, bound, np.maximum(total, bound))
+    frame = Frame(max(float(time_s[-1]), 1e-9), low, high)
+    areas = [
+        (BOUND, np.zeros_like(bound), bound),
+        (AVAILABLE, bound, np.maximum(total, bound)),
+    ]
     legend = [(AVAILABLE, "available y₁"), (BOUND, "bound y₂")]
-    if lacking.any():
-        draw_area(LACKING, np.minimum(total, bound), bound)
+    if (total < bound - ROUNDED_LEVEL).any():
+        areas.append((LACKING, np.minimum(total, bound), bound))
         legend.append((LACKING, "not there"))
     if (excess > ROUNDED_LEVEL).any():
-        draw_area(EXCESS, total - excess, total)
+        areas.append((EXCESS, total - excess, total))
         legend.append((EXCESS, "past full"))
-    right, bottom, line = LEFT + WIDTH, ABOVE + HEIGHT, {"stroke": "currentColor"}
-    for level in (0.0, 50.0, 100.0):
-        draw("line", x1=LEFT, x2=right, y1=y(level), y2=y(level), **line, opacity="0.4")
-        draw("text", f"{level:.0f} %", x=LEFT - 4, y=y(level) + 4, text_anchor="end")
-    for kind, start_s, duration_s in phases:
-        start, wide = x(start_s), x(start_s + duration_s) - x(start_s)
-        draw("rect", x=start, y=ABOVE - 5.0, width=wide, height=4.0, fill=PHASES[kind])
-        if wide > LETTER * len(kind):
-            draw("text", kind, x=start + wide / 2.0, y=ABOVE - 8.0, text_anchor="middle")
-    step_s = round_step(end_s)
-    for number in range(int(end_s / step_s) + 1):
-        at = x(step_s * number)
-        draw("line", x1=at, x2=at, y1=bottom, y2=bottom + 4.0, **line)
-        draw("text", figure(step_s * number), x=at, y=bottom + 16.0, text_anchor="middle")
-    draw("text", "s", x=right + RIGHT, y=bottom + 16.0, text_anchor="end")
-    at, below = LEFT, bottom + 37.0
-    for colour, words in legend:
-        draw("rect", x=at, y=below - 9.0, width=10.0, height=10.0, fill=colour)
-        draw("text", words, x=at + 14.0, y=below)
-        at += 14.0 + LETTER * (len(words) + 3)
     moments = (overfull_s, EXCESS, "past full"), (dry_s, LACKING, "dry")
-    marked = [(at_s, colour, words) for at_s, colour, words in moments if at_s is not None]
-    for at_s, colour, _ in marked:
-        at = x(at_s)
-        draw("line", x1=at, x2=at, y1=ABOVE, y2=bottom, stroke=colour, stroke_width="2")
-    if marked:
-        below += ROW * (len(legend) > MOST_BESIDE)
-        said = ", ".join(f"{words} at {at_s:.1f} s" for at_s, _, words in marked)
-        draw("text", said, x=right, y=below, text_anchor="end")
-    box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
+    marks = [(at_s, colour, words) for at_s, colour, words in moments if at_s is not None]
+    below = LOWEST + ROW * (bool(marks) and len(legend) > MOST_BESIDE)
+    drawn = itertools.chain(
+        (_area(frame, time_s, *area) for area in areas),
+        _levels(frame),
+        _phases(frame, phases),
+        _times(frame),
+        _legend(legend),
+        _marks(frame, marks, below),
+    )
+    box = f"0 0 {END + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}
     return element("svg", *drawn, viewBox=box, fill="currentColor", font_size="12", **named)
+
+
+def _drawn(tag: str, *words: str, **look: str | float) -> Element:
+    """A part of the picture; numbers are in pixels."""
+    written = {name: v if isinstance(v, str) else f"{v:.1f}" for name, v in look.items()}
+    return element(tag, *words, **written)
+
+
+def _area(frame: Frame, time_s: Floats, colour: str, under: Floats, over: Floats) -> Element:
+    """The area between two lines over time."""
+    corners = [*zip(time_s, over, strict=True), *reversed([*zip(time_s, under, strict=True)])]
+    points = " ".join(f"{frame.x(at_s):.1f},{frame.y(level):.1f}" for at_s, level in corners)
+    return _drawn("polygon", points=points, fill=colour, fill_opacity="0.85")
+
+
+def _levels(frame: Frame) -> Iterator[Element]:
+    """Yield a line across for no, half and full charge, with its percentage."""
+    for level in (0.0, 50.0, 100.0):
+        y = frame.y(level)
+        yield _drawn("line", x1=LEFT, x2=END, y1=y, y2=y, **LINE, opacity="0.4")
+        yield _drawn("text", percent(level / 100.0), x=LEFT - 4, y=y + 4, text_anchor="end")
+
+
+def _phases(frame: Frame, phases: Iterable[tuple[str, float, float]]) -> Iterator[Element]:
+    """Yield a bar for each phase, with its kind where there is room."""
+    for kind, start_s, duration_s in phases:
+        start, wide = frame.x(start_s), frame.x(start_s + duration_s) - frame.x(start_s)
+        yield _drawn("rect", x=start, y=ABOVE - 5.0, width=wide, height=4.0, fill=PHASES[kind])
+        if wide > LETTER * len(kind):
+            middle = start + wide / 2.0
+            yield _drawn("text", kind, x=middle, y=ABOVE - 8.0, text_anchor="middle")
+
+
+def _times(frame: Frame) -> Iterator[Element]:
+    """Yield ticks of the axis of time, with their times."""
+    step_s = round_step(frame.end_s)
+    for number in range(int(frame.end_s / step_s) + 1):
+        at = frame.x(step_s * number)
+        yield _drawn("line", x1=at, x2=at, y1=BOTTOM, y2=BOTTOM + 4.0, **LINE)
+        yield _drawn("text", figure(step_s * number), x=at, y=BOTTOM + 16.0, text_anchor="middle")
+    yield _drawn("text", "s", x=END + RIGHT, y=BOTTOM + 16.0, text_anchor="end")
+
+
+def _legend(entries: Iterable[tuple[str, str]]) -> Iterator[Element]:
+    """Yield a square of each colour and the words beside it."""
+    at = LEFT
+    for colour, words in entries:
+        yield _drawn("rect", x=at, y=LOWEST - 9.0, width=10.0, height=10.0, fill=colour)
+        yield _drawn("text", words, x=at + 14.0, y=LOWEST)
+        at += 14.0 + LETTER * (len(words) + 3)
+
+
+def _marks(
+    frame: Frame, marks: Sequence[tuple[float, str, str]], below: float
+) -> Iterator[Element]:
+    """Yield a line at each moment, and one sentence on all of them."""
+    for at_s, colour, _ in marks:
+        at = frame.x(at_s)
+        yield _drawn("line", x1=at, x2=at, y1=ABOVE, y2=BOTTOM, stroke=colour, stroke_width="2")
+    if marks:
+        sentence = ", ".join(f"{words} at {seconds(at_s, 1)}" for at_s, _, words in marks)
+        yield _drawn("text", sentence, x=END, y=below, text_anchor="end")
 
 
 def round_step(length: float, most: int = MOST_TICKS) -> float:

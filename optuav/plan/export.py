@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ from optuav.mission.files import ending_of, refusal, write_files
 from optuav.mission.messages import first_ten, misfits, path_of
 from optuav.network.map_extent import scene
 from optuav.network.timeline import Phase
+from optuav.network.timeline import steps as network_steps
+from optuav.physics.kibam import Wells, time_to_full
 from optuav.physics.quantity import TINY
 from optuav.plan.climbs import (
     EMPTY,
@@ -106,7 +109,7 @@ def exported(
         title = f"{course.name}, flight {number} of {len(flights)}: {flight.words}"
         files |= flight_files(
             flight, file.with_name(f"{name}{file.suffix}"), height_m, course.altitude_m,
-            (title, taken_off_with(charge), *notes),
+            (title, taken_off_with(charge), *notes), charge.start,
         )  # fmt: skip
     if (stale := _stale(file, files)) and not force:
         words = f"flights of another plan: {first_ten(stale)}; name another file, or delete them"
@@ -116,9 +119,12 @@ def exported(
 
 def _stale(file: Path, files: Iterable[Path]) -> list[str]:
     """Names of flights beside those of a file, such as hill-3.plan, that are not replaced."""
-    own, name = {path.name for path in files}, re.compile(rf"{re.escape(file.stem)}(-[1-9]\d*)?")
+    written, name = (
+        {path.name for path in files},
+        re.compile(rf"{re.escape(file.stem)}(-[1-9]\d*)?"),
+    )
     beside = file.parent.glob(f"*{file.suffix}")
-    return sorted({path.name for path in beside if name.fullmatch(path.stem)} - own)
+    return sorted({path.name for path in beside if name.fullmatch(path.stem)} - written)
 
 
 def climb_faults(climb_m: float | None, suffix: str) -> Iterator[Fault]:
@@ -136,11 +142,17 @@ def with_heights_told(course: PlanOnEarth) -> PlanOnEarth:
 
 
 def flight_files(
-    flight: Flight, file: Path, climb_m: float, altitude_m: float, notes: tuple[str, ...]
+    flight: Flight,
+    file: Path,
+    climb_m: float,
+    altitude_m: float,
+    notes: tuple[str, ...],
+    start: Wells | None,
 ) -> dict[Path, bytes]:
     """The file of one flight; beside a text of waypoints, which has no place for it, its notes."""
     if file.suffix.lower() == ".plan":
-        return {file: waypoints.plan(flight, climb_m, altitude_m, notes).encode()}
+        charge = None if start is None else {key: float(As) for key, As in start._asdict().items()}
+        return {file: waypoints.plan(flight, climb_m, altitude_m, notes, charge).encode()}
     text = waypoints.waypoints(flight, climb_m, altitude_m)
     return {file: text.encode(), file.with_suffix(".txt"): ("\n".join(notes) + "\n").encode()}
 
@@ -154,8 +166,8 @@ def course_of(plan: PlanData) -> PlanOnEarth:
     at_m = dict(zip(names, positions_m, strict=True))
     points = positions_on_earth(mission, np.array([*positions_m, *bent_m]))
     places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
-    steps = []
-    for phase in plan.phases:
+    steps, tapers_s = [], tapers(mission, plan.phases)
+    for number, phase in enumerate(plan.phases):
         if phase.kind != "hover" or phase.duration_s > 0.0:
             end, way = (
                 phase.end_place,
@@ -164,9 +176,25 @@ def course_of(plan: PlanData) -> PlanOnEarth:
             if phase.kind == "flight":
                 way = (places[phase.start_place], *way)
             speeds_m_s = phase.peak_speed_m_s, level_speeds_m_s(mission, phase, at_m)
-            steps.append(Step(phase.kind, end, way, phase.duration_s, *speeds_m_s))
+            full_s = tapers_s.get(number)
+            steps.append(Step(phase.kind, end, way, phase.duration_s, *speeds_m_s, full_s))
     notes = (NOT_FLOWN, *plan.faults, *altitude_told(mission))
     return PlanOnEarth(mission.name, notes, altitude_m_of(mission), tuple(steps), route[0])
+
+
+def tapers(mission: Mission, phases: Sequence[Phase]) -> dict[int, float]:
+    """When less than the offered current begins to flow [s from its begin], by its number."""
+    if mission.battery.charging != "taper" or mission.battery.takes_turns:
+        return {}
+    pool, begins_s, moments_s = mission.pool, dict[int, float](), dict[int, float]()
+    for number, start_s, stage, before, _ in network_steps(mission, phases):
+        begin_s = begins_s.setdefault(number, start_s)
+        full_s = (
+            float(time_to_full(pool, before, stage.current_A)) if stage.current_A > 0.0 else inf
+        )
+        if full_s < stage.duration_s:
+            moments_s.setdefault(number, start_s - begin_s + full_s)
+    return moments_s
 
 
 def level_speeds_m_s(

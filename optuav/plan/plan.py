@@ -18,6 +18,7 @@ from optuav.mission.messages import error_words, path_of, several, shown
 from optuav.plan.data import RARE, PlanData
 from optuav.plan.summary import TABLE, blocks
 from optuav.presentation.blocks import Block
+from optuav.presentation.numbers import seconds
 from optuav.presentation.presented import Presented
 
 SCHEMA = 1
@@ -35,8 +36,8 @@ DERIVED = (
 class Plan(Presented, PlanData):
     """The answer to a problem over a mission.
 
-    Without a plan, `status` and `reasons` say so, and every time or state raises
-    `NoPlanError`. An existing plan is true.
+    Without a plan, `status` and `reasons` say why, and every time or state raises `NoPlanError`. An
+    existing plan is true in a Boolean test.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ class Plan(Presented, PlanData):
         The mission.
     problem, trajectory, building, order, perspective
         The question: names of the problem, of the trajectory, of the building to rest on, of the
-        order of rest and hover (None where nothing was stated), and of the perspective.
+        order of rest and hover (None for those left open), and of the perspective.
     slot_s
         Length of the slots [s], 0.001 to 1e7; None for continuous times.
     engine, proof
@@ -52,8 +53,8 @@ class Plan(Presented, PlanData):
     status
         Status of the problem as stated.
     binding
-        Labels of the constraints that hold with equality; from the grid, of those that a slot more
-        or less of a time would violate.
+        Labels of the constraints that hold with equality; from the grid, of the constraints that
+        one slot more or less of a time would violate.
     reasons
         Reasons for no plan; empty with a plan.
     notes
@@ -66,10 +67,10 @@ class Plan(Presented, PlanData):
         Whether the plan passed its simulation; None without a plan or a simulation.
     objective, objective_unit, bound
         Value of the problem's objective, for P1, P3 and P4 the hover time; its unit if one was
-        declared; and, where the answer is not proved, a proved bound if one is known. None if
-        missing, as in a plan without phases or in an older file.
+        declared; and, if the answer is not proved, a proved bound if one is known. None if missing,
+        for example in a plan without phases or in an older file.
     device_order
-        Names of several devices in the order that was asked for; None where none was.
+        Names of several devices in the requested order; None if no order was requested.
 
     Examples
     --------
@@ -83,7 +84,7 @@ class Plan(Presented, PlanData):
 
     @for_console
     def __repr__(self) -> str:
-        hover = f", Δ = {self.hover_time_s:.2f} s" if self else ""
+        hover = f", Δ = {seconds(self.hover_time_s)}" if self else ""
         question = f"{self.problem}, perspective {self.perspective}"
         return f"<Plan for {self.mission.name!r}: {question}, {self.status.value}{hover}>"
 
@@ -124,8 +125,8 @@ class Plan(Presented, PlanData):
     def save(self, path: str | Path) -> Path:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
 
-        The suffix is .json or none; an existing file is replaced. `InputError` if the suffix is
-        another, or the directory is missing or cannot be written to.
+        The suffix is .json or none; an existing file is replaced. Raises `InputError` for another
+        suffix, or if the directory is missing or cannot be written to.
         """
         file = path_of(path)
         ending_of(file, ".json", "")
@@ -143,7 +144,7 @@ class Plan(Presented, PlanData):
         path
             The file; its suffix decides the format. .kml and .geojson hold lines and points: KML at
             altitudes above mean sea level, z + ``earth.altitude_m``, GeoJSON above the ellipsoid,
-            or without heights where pyproj has no geoid. .plan (QGroundControl) and .waypoints
+            or without heights if pyproj has no geoid. .plan (QGroundControl) and .waypoints
             (MAVLink's text, "QGC WPL 110") hold one flight each, from a take-off to the next
             landing: of a plan with rests, ``hill.plan`` becomes ``hill-1.plan``, ``hill-2.plan``
             and so on. Heights are relative to the take-off place of the file, its home. Notes of
@@ -152,14 +153,14 @@ class Plan(Presented, PlanData):
             Height of every take-off above its place, and of the approach to every landing, > 0 and
             up to 1000 [m]; None for 12. For .plan and .waypoints.
         force
-            Whether to export a plan that cannot be flown, also because climbs empty its battery, or
-            was not simulated; the file says why.
+            Whether to export a plan that was not simulated or cannot be flown, for example because
+            climbs empty its battery; the file says why.
 
         Returns
         -------
         tuple of Path
             The files that were written. They say that no autopilot has flown the plan, and what
-            climbs and descents cost beside it.
+            climbs and descents add to it.
 
         Raises
         ------
@@ -200,13 +201,13 @@ def load_plan(source: Plan | str | Path) -> Plan:
     -------
     Plan
         The plan, its mission inside. `flyable` comes from the file: `optuav.replay` simulates it.
-        A table of buildings that the file names is read where it is there; or else the plan's
-        mission has only the buildings that the plan uses.
+        If the file names a table of buildings, `load_plan` reads it if it exists; otherwise the
+        plan's mission has only the buildings that the plan uses.
 
     Raises
     ------
     InputError
-        With everything that is wrong with the file, or if its table of buildings is another one.
+        With everything that is wrong with the file, or if its table of buildings has changed.
 
     Examples
     --------
@@ -283,14 +284,14 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
         with collected(of_table):
             table = with_table(mission.buildings, data[TABLE], folder)
             fields["mission"] = mission.replace({"buildings": table})
-    faults = [replace(each, key=f"mission.{each.key}".rstrip(".")) for each in of_mission]
-    faults += [each if each.key else Fault(TABLE, "", str(each)) for each in of_table]
-    faults = [replace(each, source=source) for each in faults]
+    faults = [replace(fault, key=f"mission.{fault.key}".rstrip(".")) for fault in of_mission]
+    faults += [fault if fault.key else Fault(TABLE, "", str(fault)) for fault in of_table]
+    faults = [replace(fault, source=source) for fault in faults]
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        known = bool(faults)  # Of a mission that is refused, nothing else is said
-        faults += (e for e in _record_faults(error, source) if not known or e.key != "mission")
+        refused = bool(faults)  # Of a mission that is refused, nothing else is said
+        faults += (e for e in _record_faults(error, source) if not refused or e.key != "mission")
     refuse(faults)
     return plan, data
 

@@ -31,6 +31,7 @@ NEAR = 4.0  # Multiple of the excess beside the line of a limit that a page tell
 BINDING_SLACK = 1e-6  # Largest slack of a binding constraint, as a share of its limit
 POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
+ABOVE = 1.02  # Least end of an axis per time of a marked plan, which so stands inside
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 
 
@@ -53,15 +54,15 @@ class Cut(NamedTuple):
 
         What is far from the line of the limit is clipped, so that its digits tell the line.
         """
-        known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
-        finite, near = np.isfinite(known), np.zeros(known.shape, dtype=bool)
-        for holds, beside in ((known >= 0.0, near), ((known >= 0.0).T, near.T)):
+        bounded = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
+        finite, near = np.isfinite(bounded), np.zeros(bounded.shape, dtype=bool)
+        for holds, beside in ((bounded >= 0.0, near), ((bounded >= 0.0).T, near.T)):
             crossed = holds[1:] != holds[:-1]
             beside[1:] |= crossed
             beside[:-1] |= crossed
-        most = NEAR * np.abs(known[finite & near]).max(initial=0.0)
-        most = most or np.abs(known[finite]).max(initial=0.0) or 1.0
-        rounded = np.rint(np.clip(known / most, -1.0, 1.0) * WHOLE).astype(int)
+        most = NEAR * np.abs(bounded[finite & near]).max(initial=0.0)
+        most = most or np.abs(bounded[finite]).max(initial=0.0) or 1.0
+        rounded = np.rint(np.clip(bounded / most, -1.0, 1.0) * WHOLE).astype(int)
         return list[int](rounded.ravel().tolist())
 
     @property
@@ -117,7 +118,8 @@ class Plane(NamedTuple):
         """
         counted = self.worth_seeing(given.slot_s, marked, SAMPLES)
         along = (
-            [*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted)
+            [*values_s[-1:], *(ABOVE * p[1 - k] for p in marked)]
+            for k, values_s in enumerate(counted)
         )
         round_s = [rounded_up(float(max(ends, default=0.0)) or given.deadline_s) for ends in along]
         ends_s = [(-BELOW * highest, float(highest)) for highest in highest_s or round_s]
@@ -133,7 +135,7 @@ class Plane(NamedTuple):
         """
         counted = [*grid.axes(self.model, self.parameters, slot_s), np.zeros(1)][:2]
         y, x = (np.linspace(0.0, values_s.max(initial=0.0), samples) for values_s in counted)
-        excesses = [e >= 0.0 for each, e in self._excesses(x, y) if each.relation.sense != "=="]
+        excesses = [e >= 0.0 for row, e in self._excesses(x, y) if row.relation.sense != "=="]
         feasible = np.all([np.ones((samples, samples), dtype=bool), *excesses], axis=0)
         reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
         seen = []
@@ -156,7 +158,7 @@ class Plane(NamedTuple):
         One that binds at a marked point is among them unless another one of its kind is.
         """
         touching = {label for point in marked for label in self._binding(*point)}
-        kept = [(each, e, e >= 0.0) for each, e in self._excesses(x, y)]
+        kept = [(row, e, e >= 0.0) for row, e in self._excesses(x, y)]
         bounding = [cut for cut in kept if cut[0].relation.sense != "=="]
 
         def all_hold(but: Booleans | None = None) -> Booleans:

@@ -14,7 +14,7 @@ from optuav.mission.files import label
 from optuav.options import LONGEST_HOVER
 from optuav.plan.data import PlanData
 from optuav.presentation.blocks import Block, Cell, Facts, Fold, Heading, Picture, Table
-from optuav.presentation.numbers import all_digits, fixed, percent, with_unit
+from optuav.presentation.numbers import all_digits, fixed, percent, seconds, with_unit
 
 TABLE = "buildings_file"  # The key under which a plan names the table of its buildings
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
@@ -24,7 +24,7 @@ LEGEND = (
 )
 NUMBERED = re.compile(r"^[\w-]+\.[a-z] ")  # Beginning of a constraint's label that numbers it
 CHARGE, AVAILABLE = "battery", "available"  # Perspectives of the charge, and of the wells
-EDITED = "*: figures stated in the graph."
+EDITED = "*: figures set in the graph."
 TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
 
@@ -52,18 +52,18 @@ def blocks(plan: PlanData) -> Iterator[Block]:
 
 def question_blocks(plan: PlanData) -> Iterator[Block]:
     """The verdict in HTML; the question and its answer, there folded."""
-    known = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
-    yield Fold("", [known], in_text=False)
+    headline = Heading(verdict(plan), good=bool(plan) and plan.flyable is not False)
+    yield Fold("", [headline], in_text=False)
     yield Fold("Question", [Facts(heading(plan))], is_open=not plan)
 
 
 def verdict(plan: PlanData) -> str:
     """The answer in one sentence."""
-    known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
+    words = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
     if not plan:
-        return f"No plan: {known}"
+        return f"No plan: {words}"
     flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
-    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
+    return f"Hover {seconds(plan.hover_time_s)} ({words}){flies}"
 
 
 def heading(plan: PlanData) -> list[Line]:
@@ -104,8 +104,8 @@ def remarks(plan: PlanData) -> list[Line]:
 
 def warnings(plan: PlanData) -> list[Line]:
     """What keeps a plan from being flown, and a table that is not here."""
-    known = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
-    return [("Warning", warning) for warning in known]
+    sentences = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
+    return [("Warning", warning) for warning in sentences]
 
 
 def unknown_buildings(mission: Mission) -> str:
@@ -113,8 +113,8 @@ def unknown_buildings(mission: Mission) -> str:
     source, lacking = mission.buildings.source, mission.buildings.lacking
     if source is None or not lacking:
         return ""
-    known = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
-    return f"the table {label(Path(source.path))} is not here: {known}"
+    words = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
+    return f"the table {label(Path(source.path))} is not here: {words}"
 
 
 def counted_in(slot_s: float | None) -> str:
@@ -128,35 +128,41 @@ def times(plan: PlanData) -> list[tuple[str, str, str]]:
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
         lasting = [stop for stop in stops if stop.duration_s]
-        served = [f"{stop.duration_s:.2f} s at {stop.end_place}" for stop in lasting]
+        served = [f"{seconds(stop.duration_s)} at {stop.end_place}" for stop in lasting]
         if len(served) < 2:
             served = [
-                f"at {e.end_place}, from {e.start_s:.2f} s"
+                f"at {e.end_place}, from {seconds(e.start_s)}"
                 if e.duration_s
                 else f"passes by {e.end_place}"
                 for e in stops
             ]
         if stops or kind == "hover":
-            rows.append((kind.capitalize(), f"{time_s:.2f} s", ", ".join(served)))
+            rows.append((kind.capitalize(), seconds(time_s), ", ".join(served)))
     fastest_m_s = max(phase.peak_speed_m_s for phase in plan.phases)
     flown = f"{len(plan.route) - 1} legs, up to {_cell(fastest_m_s, 1)} m/s"
     if chosen := [_cell(speed_m_s, 2) for leg in plan.speeds_m_s for speed_m_s in leg]:
         flown = f"{len(plan.route) - 1} legs, at {', '.join(chosen)} m/s"
     left_s = plan.mission.limits.deadline_s - plan.mission_time_s
-    ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
+    ends = f"{seconds(abs(left_s))} {'before' if left_s > 0.0 else 'AFTER'} the deadline"
     ends = "exactly at the deadline" if abs(left_s) < 0.005 else ends
-    flight, mission = (f"{time_s:.2f} s" for time_s in (plan.flight_time_s, plan.mission_time_s))
+    flight, mission = (seconds(time_s) for time_s in (plan.flight_time_s, plan.mission_time_s))
     return [*rows, ("Flight", flight, flown), ("Mission", mission, ends)]
 
 
 def outcome(plan: PlanData) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
-    levels, own = plan.soc or {}, _counted_as(plan)
-    left = [f"{percent(levels[own])} by {own}"] if own != CHARGE and own in levels else []
+    levels, counted = plan.soc or {}, _counted_as(plan)
+    left = (
+        [f"{percent(levels[counted])} by {counted}"]
+        if counted != CHARGE and counted in levels
+        else []
+    )
     left += [f"{percent(levels[CHARGE])} of the battery"] if CHARGE in levels else []
     lines = [("Route", " → ".join(plan.route)), ("Charge left", ", ".join(left) or "unknown")]
-    known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
-    for name, value in (("Objective", known), ("Bound", plan.bound)):
+    shown_objective = (
+        None if plan.problem in LONGEST_HOVER else plan.objective
+    )  # The hover is shown above
+    for name, value in (("Objective", shown_objective), ("Bound", plan.bound)):
         if value is not None:
             reached = with_unit(value, plan.objective_unit)
             lines.append((name, reached + "; none is better" * (name == "Bound")))

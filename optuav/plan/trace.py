@@ -11,7 +11,7 @@ import numpy.typing as npt
 from optuav.arrays import Floats, Integers
 from optuav.errors import for_console
 from optuav.frames import DataFrame, frame, without_rounding
-from optuav.presentation.numbers import figure, with_unit
+from optuav.presentation.numbers import figure, seconds, with_unit
 
 Texts = npt.NDArray[np.str_]
 APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
@@ -60,7 +60,7 @@ class FlightEvent:
 
     @for_console
     def __str__(self) -> str:
-        return f"{self.time_s:10.2f} s  {self.words}{self.value_and_limit}"
+        return f"{seconds(self.time_s):>12}  {self.words}{self.value_and_limit}"
 
     @property
     def value_and_limit(self) -> str:
@@ -69,7 +69,7 @@ class FlightEvent:
             return ""
         if self.limit is None:
             return f": {with_unit(self.value, self.unit)}"
-        when = "" if self.value_s is None else f" at {self.value_s:.2f} s"
+        when = "" if self.value_s is None else f" at {seconds(self.value_s)}"
         sense = "at least" if self.value < self.limit else "at most"
         return f": {figure(self.value)}{when}, {sense} {with_unit(self.limit, self.unit)}"
 

@@ -37,10 +37,10 @@ def used_buildings(plan: PlanData) -> Buildings:
         lines += pairwise([at_m[leg.start_place], *by, at_m[leg.end_place]])
     if mission.laser is not None:
         lines += [((CLEAR, mission.laser.position_m), at_m[name]) for name in names]
-    known = [(a, b) for a, b in lines if np.isfinite([a[1], b[1]]).all()]
-    if known:
-        start_m, end_m = (np.array([line[k][1] for line in known], dtype=float) for k in (0, 1))
-        own_buildings = np.array([(a[0], b[0]) for a, b in known])
+    finite = [(a, b) for a, b in lines if np.isfinite([a[1], b[1]]).all()]
+    if finite:
+        start_m, end_m = (np.array([line[k][1] for line in finite], dtype=float) for k in (0, 1))
+        own_buildings = np.array([(a[0], b[0]) for a, b in finite])
         blockers = crossed(prisms(buildings), start_m, end_m, own_buildings)
         numbers |= dict.fromkeys(blockers[blockers != CLEAR].tolist(), "")
     return Buildings.of(buildings[k] for k in sorted(numbers))
@@ -53,7 +53,7 @@ def with_table(embedded: Buildings, stated: object, folder: Path) -> Buildings:
     """
     kinds = {"path": str, "sha256": str, "buildings": int}
     known: dict[str, Any] = stated if isinstance(stated, dict) else {}
-    if {key: type(each) for key, each in known.items()} != kinds or "\0" in known["path"]:
+    if {key: type(value) for key, value in known.items()} != kinds or "\0" in known["path"]:
         raise InputError(
             [Fault(TABLE, shown(stated), "must have path, sha256 and buildings of a table")]
         )

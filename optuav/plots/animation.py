@@ -20,9 +20,10 @@ from optuav.plan import Plan, Stop
 from optuav.plan.display import LACKING
 from optuav.plots import signs, style
 from optuav.plots.charge import draw_wells
-from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_labels
+from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, links, plan_labels
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, SKY, place
+from optuav.presentation.numbers import seconds
 
 FRAMES, FRAME_MS, HELD = 120, 100, 20  # Moments, for how long each, how often the last
 DOTS_PER_INCH = 100
@@ -78,7 +79,7 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
     end_s, name = float(trace.time_s[-1]), style.drawable(replayed.mission.name)
     served = {device.name for device in replayed.mission.devices}
     with style.applied():
-        figure = _still(replayed)
+        figure, room_pt = _still(replayed)
         left, right = figure.axes
         canvas: Any = FigureCanvasAgg(figure)
         canvas.draw()
@@ -90,7 +91,7 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
         veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
         (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
         clock = left.set_title("", y=1.0)
-        verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=LACKING)
+        verdict = right.set_title("", y=1.0, pad=room_pt, color=LACKING)
         for moment_s in moments_s:
             at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
             here = [float(np.interp(moment_s, trace.time_s, x)) for x in trace.position_m.T[:2]]
@@ -104,7 +105,9 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             now.set_data([moment_s, moment_s], right.get_ylim())
             place = trace.end_place[at] if trace.kind[at] == "hover" else ""
             over = f" over {style.drawable(place)}" if place in served else ""
-            clock.set_text(style.titled(name, trace.kind[at] + over, f"$t$ = {moment_s:.0f} s"))
+            clock.set_text(
+                style.titled(name, trace.kind[at] + over, f"$t$ = {seconds(moment_s, 0)}")
+            )
             verdict.set_text(", ".join(past[:2]))
             canvas.restore_region(still)
             for artist in (trail, beam, craft, veil, now, clock, verdict):
@@ -114,8 +117,11 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
     yield from [image] * HELD
 
 
-def _still(replayed: Replay) -> Figure:
-    """All that does not move: the map on the left, the wells over the mission on the right."""
+def _still(replayed: Replay) -> tuple[Figure, float]:
+    """All that does not move: the map on the left, the wells over the mission on the right.
+
+    And the room between the wells and their title [pt].
+    """
     trace = replayed.trace
     figure = style.page(3.8, 7.6)
     figure.set_dpi(DOTS_PER_INCH)
@@ -137,19 +143,20 @@ def _still(replayed: Replay) -> Figure:
     points = np.array([replayed.phases[0].start.position_m, *ends])
     way = Way.bent(names, points, tuple(phase.waypoints_m for phase in flights), stops, look)
     draw_plan_view(left, view, [way])
-    arrows = draw_from_above(left, view, [way])
+    clear = draw_from_above(left, view, [way])
     style.group_thousands(left, right)
     beam = Line2D([], [], label="power from the laser", **style.limit("laser"))
     entries = [beam, *bands, *style.swatches(trace.kind)]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
     style.settle(left)
+    room_pt = style.draw_bands([right], style.phase_bands(replayed))
     labels = plan_labels(view, [way], times=False)
     # A small map has no room for symbols.
     short = [replace(label, text=label.text.partition(" $")[0]) for label in labels]
-    place(left, short, [way.points[:, :2]], view.sight_lines(names, FEW)[0], arrows)
-    style.draw_bands([right], style.phase_bands(replayed))
+    faint = [*view.sight_lines(names, FEW)[0], *links(view)]
+    place(left, short, [way.points[:, :2]], faint, clear)
     figure.set_layout_engine("none")
-    return figure
+    return figure, room_pt
 
 
 def gif(images: Sequence[Image.Image], kept: Sequence[str] = PALETTE) -> bytes:

@@ -14,6 +14,7 @@ from optuav.looks import PHASES
 from optuav.mission.messages import of_kind
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE
+from optuav.presentation.numbers import figure
 
 GROUPS = {**PHASES, "charge": style.PINK, "": BLUE}  # Colours of the groups of observations
 ROLES = {"fitted": BLUE, "repeat": style.SKY, "predicted": style.ORANGE}
@@ -110,11 +111,11 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     first: dict[tuple[int, str], Axes] = {}
     for ax, panel in zip(axes, found.panels, strict=True):
         (_draw_names if panel.names else _draw_curve)(ax, panel)
-        for column, each in enumerate(() if panel.names else ax):
-            above = first.setdefault((column, panel.at_words), each)
-            if above is not each:
-                each.sharex(above)
-                each.autoscale_view()
+        for column, drawn in enumerate(() if panel.names else ax):
+            above = first.setdefault((column, panel.at_words), drawn)
+            if above is not drawn:
+                drawn.sharex(above)
+                drawn.autoscale_view()
     sources = ", ".join(style.drawable(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
     top = axes[0].values
@@ -124,7 +125,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     axes[0].residuals.set_title("what the fit leaves over", pad=style.LEGEND_PT)
     shown = axes if found.panels[0].names else axes[:1]
     labelled = [ax.values.get_legend_handles_labels() for ax in shown]
-    entries = {words: each for pair in labelled for each, words in zip(*pair, strict=True)}
+    entries = {words: handle for pair in labelled for handle, words in zip(*pair, strict=True)}
     style.legend_above(top, 6, list(entries.values()))
     style.settle(top)
     return axes
@@ -212,7 +213,7 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
         values.set_xscale("log")
         steps = (1.0,) if high > DECADE**3 * low else (1.0, 2.0, 5.0)
         values.xaxis.set_major_locator(LogLocator(subs=steps))
-        values.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
+        values.xaxis.set_major_formatter(FuncFormatter(lambda value, _: figure(value, 10)))
         values.xaxis.set_minor_formatter(NullFormatter())
     else:
         values.set_xlim(style.margins(both, 0.08, 0.02 * max(abs(low), abs(high)) or 1.0))

@@ -26,6 +26,7 @@ from optuav.plan.display import (
 from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, PINK, SKY, mark
+from optuav.presentation.numbers import figure, seconds
 
 FADED = 0.6  # Share of white over everything after the battery runs dry
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
@@ -79,8 +80,8 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     replays = [replay(plan) for plan in plans]
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         drawn = draw_wells(ax, replayed)
-        words = [f"hover $Δ$ = {plan.hover_time_s:.2f} s"]
-        words += [f"rest $T'$ = {plan.rest_time_s:.2f} s"] * (plan.rest_time_s > 0.0)
+        words = [f"hover $Δ$ = {seconds(plan.hover_time_s)}"]
+        words += [f"rest $T'$ = {seconds(plan.rest_time_s)}"] * (plan.rest_time_s > 0.0)
         words += ["cannot be flown"] * (not replayed.flyable)
         words.append(style.perspective(plan.perspective))
         ax.set_title(style.titled(plan.mission.name, *words), pad=style.NAMES_PT)
@@ -88,21 +89,26 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     ends = [plan.runs_dry_s for plan in plans], [plan.overfull_s for plan in plans]
     hatched = [any(moment_s is not None for moment_s in moments) for moments in ends]
     _legend_below(axes, [*drawn[:-2], *compress(drawn[-2:], hatched)], plans)
-    for ax, plan, replayed in zip(axes, plans, replays, strict=True):
+    for ax, replayed in zip(axes, replays, strict=True):
         style.draw_bands([ax], style.phase_bands(replayed))
+    for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
         under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
         events = list[tuple[str, float, float, str]]()
         if (full_s := plan.overfull_s) is not None:
             level_As = float(np.interp(full_s, time_s, total_As))
-            events.append((f"driven past full at {full_s:.1f} s", full_s, level_As, "overfull"))
+            events.append(
+                (f"driven past full at {seconds(full_s, 1)}", full_s, level_As, "overfull")
+            )
         if (dry_s := plan.runs_dry_s) is not None:
             ax.axvline(dry_s, **style.limit("dry", cased=True), zorder=FADE + 0.2)
             under.append(np.array([(dry_s, end) for end in ax.get_ylim()]))
             ax.axvspan(dry_s, time_s[-1], color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
             level_As = float(np.interp(dry_s, time_s, total_As))
-            left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
-            events.append((f"dry at {dry_s:.1f} s\n{left} A s still bound", dry_s, level_As, "dry"))
+            left = style.grouped(round(level_As))
+            events.append(
+                (f"dry at {seconds(dry_s, 1)}\n{left} A s still bound", dry_s, level_As, "dry")
+            )
         events += [
             (landing.words, landing.time_s, landing.charge_As, "dry")
             for landing in low_landings(plan)
@@ -253,8 +259,8 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
     for (low, height), words in ((FLIES, "flies"), (CHARGED, "charged")):
         ax.text(-0.008, low + 0.5 * height, words, fontsize=6.0, **beside)
-    turn = f" every {battery.period_s:g} s" if battery.period_s else ""
-    heading = [f"schedule {battery.schedule}{turn}", f"hover $Δ$ = {plan.hover_time_s:.2f} s"]
+    turn = f" every {figure(battery.period_s)} s" if battery.period_s else ""
+    heading = [f"schedule {battery.schedule}{turn}", f"hover $Δ$ = {seconds(plan.hover_time_s)}"]
     heading += ["cannot be flown"] * (not replayed.flyable)
     ax.set_title(style.titled(plan.mission.name, *heading))
 

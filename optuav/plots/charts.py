@@ -18,7 +18,7 @@ from optuav.looks import LOOKS
 from optuav.mission.messages import several, unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import fixed, percent, watts
 
 COLOURS = {
     **{"battery": BLUE, "energy": ORANGE, "adjusted": SKY, "available": GREEN},
@@ -169,19 +169,19 @@ def bars(
     groups = list(dict.fromkeys(bar.group for bar in shown))
     used = [name for name in COLOURS if any(bar.name == name for bar in shown)]
     floor, width = level.at if level else 0.0, GROUP / max(2, len(used))
-    known = [bar.value for bar in shown if bar.value is not None]
-    low, high = style.margins([0.0, floor, *known], 0.14)
-    ax.set(ylabel=y_label, ylim=(low if min(known, default=0.0) < 0.0 else 0.0, high))
+    values = [bar.value for bar in shown if bar.value is not None]
+    low, high = style.margins([0.0, floor, *values], 0.14)
+    ax.set(ylabel=y_label, ylim=(low if min(values, default=0.0) < 0.0 else 0.0, high))
     for group, name, value, flyable in shown:
         middle = used.index(name) - 0.5 * (len(used) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
         (bar,) = ax.bar(at, end, 0.92 * width, color=COLOURS[name])
         if flyable is False:
             bar.set(hatch=HATCH, edgecolor="white", linewidth=0.0)
-        words = f"{end:.{1 if abs(end) < LONG else 0}f}"
+        words = fixed(end, 1 if abs(end) < LONG else 0)
         if value is None:  # on two lines, as bars are narrow, and above the line of the level
             words, end = "no\nplan", max(floor, 0.0)
-        style.annotate_beside(ax, style.minus(words), (at, end), (0.0, 2.0 if end >= 0.0 else -2.0))
+        style.annotate_beside(ax, words, (at, end), (0.0, 2.0 if end >= 0.0 else -2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(groups)), [PRINTED.get(group, group) for group in groups])
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
@@ -255,8 +255,8 @@ def curves(
     if not (y_from_zero or np.isfinite(values).any()):
         raise InputError("there is nothing to draw: no line has a finite value")
     ax = ax or style.page(4.0).subplots()
-    known = values[np.isfinite(values)].tolist()
-    widths, labels = _apart(lines, max(known, default=0.0) - min(known, default=0.0))
+    finite = values[np.isfinite(values)].tolist()
+    widths, labels = _apart(lines, max(finite, default=0.0) - min(finite, default=0.0))
     looks = zip(lines, widths, labels, cycle(LINES), cycle(DASHES), strict=False)
     for line, width, label, colour, dashes in looks:
         look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width, "zorder": 3}
@@ -266,7 +266,7 @@ def curves(
             curve.set(color=LOOKS[line.well].light, path_effects=RIMS[line.well])
         x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
         ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
-    low, high = style.margins(known + [0.0] * y_from_zero)
+    low, high = style.margins(finite + [0.0] * y_from_zero)
     low = max(low, 0.0) if y_from_zero else low
     ax.set_ylim(low, high + ROOM_ABOVE * (high - low) * bool(marks))
     rows = -(-len(lines) // COLUMNS)
@@ -306,7 +306,7 @@ def _apart(lines: Sequence[Line], span: float) -> tuple[list[float], list[str]]:
 
 def _near(one: Line, other: Line, most: float) -> Booleans:
     """Where two lines over the same values differ by so little; nowhere if over others."""
-    (x, y), (other_x, other_y) = (np.asarray(each[1:3], dtype=float) for each in (one, other))
+    (x, y), (other_x, other_y) = (np.asarray(line[1:3], dtype=float) for line in (one, other))
     if not np.array_equal(x, other_x):
         return np.zeros(0, dtype=bool)
     near: Booleans = np.isclose(y, other_y, rtol=0.0, atol=most, equal_nan=True)
@@ -331,7 +331,7 @@ def waterfall(
         ax.bar(at, top_W - power_W, 0.8, power_W, **lost)
         ax.plot([at - 1.4 if at else at - 0.4, at + 0.4], [top_W] * 2, color=DARK, linewidth=0.5)
         loss = f"\n−{percent(1.0 - share)}" if at and share < 0.9995 else ""
-        style.annotate_beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
+        style.annotate_beside(ax, f"{watts(power_W)}{loss}", (at, top_W), (0.0, 2.0))
     style.group_thousands(ax)
     ax.set_xticks(range(len(stations)), [fill(words, WORDS_WIDTH) for words, *_ in stations])
     ax.tick_params(axis="x", length=0.0)

@@ -65,9 +65,9 @@ def distribution(
     'available: no plan in 1 of 3'
     """
     found = answered(found)
-    known = [str(name) for name, each in found.data_vars.items() if each.dtype.kind == "f"]
-    if variable not in known:
-        raise InputError([unknown("variable", variable, known)])
+    variables = [str(name) for name, values in found.data_vars.items() if values.dtype.kind == "f"]
+    if variable not in variables:
+        raise InputError([unknown("variable", variable, variables)])
     values = found[variable]
     if "perspective" not in values.dims:
         values = values.expand_dims(perspective=[found.attrs["perspective"]])

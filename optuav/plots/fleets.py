@@ -15,7 +15,7 @@ from optuav.looks import PHASES
 from optuav.mission.messages import several
 from optuav.plots import style
 
-ROUNDS = 2.0  # Turns of the first drone that are drawn
+TURNS_DRAWN = 2.0  # Turns of the first drone that are drawn
 COVERS = "on station"
 DAY_S = 86_400.0
 EDGE = 0.004  # Margin for the rim of a leg, as a share of the time
@@ -72,7 +72,7 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
     'time [h]'
     """
     turns = several("turns", turns, Turn, "at least one Turn")
-    end_s = ROUNDS * turns[0].round_s
+    end_s = TURNS_DRAWN * turns[0].round_s
     courses = [
         [turn._replace(offset_s=s) for s in np.arange(turn.offset_s, end_s, turn.round_s).tolist()]
         for turn in turns

@@ -20,6 +20,7 @@ from matplotlib.transforms import Bbox
 from optuav.arrays import Floats
 from optuav.plots import style
 from optuav.plots.style import BLACK, GREY, Look
+from optuav.presentation.numbers import figure, significant
 
 COLOURS = "viridis"  # Brightness keeps its order for colour-blind readers
 MOST_CONTOURS = 8
@@ -47,29 +48,29 @@ def heat_map(
     own, or with a scale of colours, which has its bar elsewhere, the axes end at the first and last
     of them, as what lies beyond may not be allowed.
     """
-    known, columns, rows = np.isfinite(values), _edges(x), _edges(y)
-    own = ax is None or scale is not None
-    ends = (x[[0, -1]], y[[0, -1]]) if own else (columns[[0, -1]], rows[[0, -1]])
+    is_finite, columns, rows = np.isfinite(values), _edges(x), _edges(y)
+    makes_axes = ax is None or scale is not None
+    ends = (x[[0, -1]], y[[0, -1]]) if makes_axes else (columns[[0, -1]], rows[[0, -1]])
     if ax is None:
         ax = style.page(4.4).subplots()
-        if not known.all():
+        if not is_finite.all():
             style.root(ax).legend(handles=[without_value("no plan")], **BELOW)
     ax.set(title=title, xlabel=labels[0], ylabel=labels[1])
-    if not known.all():
+    if not is_finite.all():
         corner, size = (columns[0], rows[0]), (columns[-1] - columns[0], rows[-1] - rows[0])
         ax.add_patch(Rectangle(corner, *size, zorder=0.5, **NONE))
     shown = ax.pcolorfast(columns, rows, np.ma.masked_invalid(values), cmap=COLOURS, norm=scale)
     shown.set_zorder(0.8)
     ax.set(xlim=ends[0], ylim=ends[1])
     bars = list[Colorbar]()
-    if known.any() and scale is None:
+    if is_finite.any() and scale is None:
         bars = [style.root(ax).colorbar(shown, ax=ax, label=labels[2], shrink=0.9)]
         bars[0].outline.set_linewidth(0.4)
     style.group_thousands(ax)
     style.settle(ax)
     style.thin_ticks(ax)
     ends_of = values if scale is None else np.array([scale.vmin, scale.vmax], dtype=float)
-    low, high = values[known].min(initial=np.inf), values[known].max(initial=-np.inf)
+    low, high = values[is_finite].min(initial=np.inf), values[is_finite].max(initial=-np.inf)
     if levels := [level for level in contour_levels(ends_of) if low < level < high]:
         for bar, level in product(bars, levels):
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
@@ -79,7 +80,7 @@ def heat_map(
         drawn = {_named(level): np.concatenate(lines) for level, lines in segments.items()}
         marks = [np.asarray(line.get_xydata()) for line in ax.lines]
         drawn["marks"] = np.concatenate([np.empty((0, 2)), *marks])
-        ways = {name: ax.transData.transform(each) for name, each in drawn.items()}
+        ways = {name: ax.transData.transform(way) for name, way in drawn.items()}
         if segments:
             known_levels, lines = [*segments], [*segments.values()]
             contours = ContourSet(ax, known_levels, lines, colors=BLACK, linewidths=0.5)
@@ -124,7 +125,7 @@ def _surrounded(x: Floats, y: Floats, line: Floats) -> float:
 
 def _named(level: float) -> str:
     """The name of a contour."""
-    return style.minus(f"{level:.10g}")
+    return figure(level, 10)
 
 
 def _keep(names: Iterable[Text], ways: Mapping[str, Floats], frame: Bbox) -> None:
@@ -149,12 +150,12 @@ def without_value(label: str) -> Patch:
 
 def contour_levels(values: Floats) -> list[float]:
     """Round values between the smallest and the largest, for contours."""
-    known = values[np.isfinite(values)]
-    if not len(known):
+    finite = values[np.isfinite(values)]
+    if not len(finite):
         return []
-    low, high = float(known.min()), float(known.max())
+    low, high = float(finite.min()), float(finite.max())
     steps = MaxNLocator(MOST_CONTOURS, steps=[1, 2, 5, 10]).tick_values(low, high)
-    return [level for step in steps if low < (level := float(f"{step:.10g}")) < high]
+    return [level for step in steps if low < (level := significant(step, 10)) < high]
 
 
 def _edges(middles: Floats) -> Floats:

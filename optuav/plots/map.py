@@ -31,6 +31,7 @@ from optuav.plan import Plan, Stop, load_plan, load_subject
 from optuav.plan.data import Waypoints
 from optuav.plots import signs, style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE, PINK, SKY, Look
+from optuav.presentation.numbers import seconds
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",
@@ -201,13 +202,13 @@ def trajectories(
     """
     if not of_kind("plans", plans, Mapping, "plans by name, in a dict"):
         raise InputError("a map of trajectories needs at least one plan")
-    known = {name: load_plan(plan) for name, plan in plans.items()}
-    if len({SITE(plan.mission) for plan in known.values()}) > 1:
+    loaded = {name: load_plan(plan) for name, plan in plans.items()}
+    if len({SITE(plan.mission) for plan in loaded.values()}) > 1:
         raise InputError("the plans of one map have the same places: route, buildings, laser, link")
-    shown = scene(next(iter(known.values())).mission)
+    shown = scene(next(iter(loaded.values())).mission)
     ways, entries = list[Way](), list[Artist]()
     for (name, plan), colour, dashes in zip(
-        known.items(), cycle(COLOURS), cycle(DASHES), strict=False
+        loaded.items(), cycle(COLOURS), cycle(DASHES), strict=False
     ):
         look: Look = {"color": colour, "linestyle": dashes}
         label = style.WORDS.get(name, style.drawable(name))
@@ -215,12 +216,14 @@ def trajectories(
             places = plan.route, shown.positions(plan.route), plan.waypoints_m
             ways.append(Way.bent(*places, plan.stops, look))
             rests = [style.drawable(str(stop.at)) for stop in plan.stops if stop.kind == "rest"]
-            label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
-            label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
+            label += (
+                f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {seconds(plan.hover_time_s, 1)}"
+            )
+            label += f", $T'$ = {seconds(plan.rest_time_s, 1)}" if rests else ""
         else:
             label += f": no plan ({plan.status.value})"
         entries.append(Line2D([], [], label=label, **look))
-    perspectives = dict.fromkeys(plan.perspective for plan in known.values())
+    perspectives = dict.fromkeys(plan.perspective for plan in loaded.values())
     title = style.titled(shown.mission.name, "trajectories", style.perspective(*perspectives))
     return _draw(shown, ways, entries, title, times=False, figure=figure)
 
@@ -238,7 +241,8 @@ def _draw(
     """Draw both views with the ways, a legend under a heading, and labels."""
     width_m, depth_m = np.diff(shown.corners_m, axis=0)[0]
     if depth_m >= width_m:  # the page has the shape of the map
-        columns, page = 1, figure or style.page(5.4)
+        height_in = min(5.4, max(4.5, 0.9 + 3.0 * depth_m / width_m))
+        columns, page = 1, figure or style.page(height_in)
         cells = page.subplot_mosaic("AB;AC", width_ratios=(1.0, 0.95))
     else:
         columns, depth_in = 3, max(1.6, 6.2 * depth_m / width_m)
@@ -247,7 +251,7 @@ def _draw(
     axes, legend = MapAxes(cells["A"], cells["B"]), cells["C"]
     legend.set_axis_off()
     handles = [*entries, *draw_plan_view(axes.plan, shown, ways)]
-    arrows = draw_from_above(axes.plan, shown, ways)
+    clear = draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
     room: Look = {"labelspacing": 0.6, "columnspacing": 1.4, "loc": "upper left", "ncols": columns}
@@ -256,34 +260,53 @@ def _draw(
     style.settle(axes.plan)
     flat = [way.points[:, :2] for way in ways]
     walls = [np.concatenate([ring, ring[:1]]) for ring in shown.rings if len(ring)]
-    faint = [*_sight(shown, ways)[0], *(walls if len(walls) <= MOST_NAMED else ())]
-    style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint, arrows)
-    # Every place of the ways once.
+    faint = [*_sight(shown, ways)[0], *links(shown), *(walls if len(walls) <= MOST_NAMED else ())]
+    style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint, clear)
+    _name_from_side(axes.height, shown, ways)
+    return axes
+
+
+def _name_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
+    """Name every place of the ways once, and many devices upright."""
     corners = {
         name: (at[0], at[1])
         for way in reversed(ways)
         for name, at in zip(way.names, way.side.tolist(), strict=True)
         if name
     }
+    devices = [device.name for device in shown.mission.devices if device.name in corners]
+    lines = [way.side for way in ways]
+    if len(devices) > MOST_TIMED:
+        lines += _name_upright(ax, {name: corners.pop(name) for name in devices})
     words = {name: symbol.rpartition(" ")[2] for name, symbol in SYMBOLS.items()}
-    served = len(shown.mission.devices)
-    optional = {device.name for device in shown.mission.devices} if served > MOST_TIMED else ()
-    short = [
-        style.Label(words.get(n) or style.drawable(n), at, needed=n not in optional)
-        for n, at in corners.items()
-    ]
-    style.place(axes.height, short, [way.side for way in ways])
-    return axes
+    short = [style.Label(words.get(n) or style.drawable(n), at) for n, at in corners.items()]
+    style.place(ax, short, lines)
+
+
+def _name_upright(ax: Axes, points: Mapping[str, tuple[float, float]]) -> Iterator[Floats]:
+    """Name points upright, above or below all of them; a line (2, 2) along each name."""
+    names = sorted(points, key=points.__getitem__)
+    at = np.array([points[name] for name in names])
+    (low, high), altitudes = ax.get_ylim(), at[:, 1]
+    above = high - altitudes.max() > altitudes.min() - low
+    offset_pt = style.UPRIGHT_PT if above else -style.UPRIGHT_PT
+    words = [style.drawable(name) for name in names]
+    for text in style.upright(ax, words, at, ax.transData, offset_pt):
+        box = text.get_window_extent()
+        middle_px = [(0.5 * (box.x0 + box.x1), y_px) for y_px in box.intervaly]
+        yield ax.transData.inverted().transform(middle_px)
 
 
 def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
     """Entries of the legend for the route of a plan and its stays."""
-    flown = f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s"
+    flown = f"route, $T_\\mathrm{{fl}}$ = {seconds(plan.flight_time_s, 1)}"
     yield Line2D([], [], label=flown, **look)
     kinds = (("hover", "Δ", plan.hover_time_s), ("rest", "$T'$", plan.rest_time_s))
     for kind, symbol, total_s in kinds:
         if any(stop.kind == kind for stop in plan.stops):
-            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **signs.look(kind))
+            yield Line2D(
+                [], [], label=f"{kind}, {symbol} = {seconds(total_s, 1)}", **signs.look(kind)
+            )
 
 
 def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style.Label]:
@@ -319,7 +342,8 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
 def _stays(stops: Sequence[Stop], name: str) -> Iterator[str]:
     """Words for the stops at a place, for its label."""
     for stop in (candidate for candidate in stops if candidate.at == name):
-        stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
+        assert stop.start_s is not None
+        stay = f"{stop.kind} {seconds(stop.duration_s, 1)}\nfrom {seconds(stop.start_s, 1)}"
         yield stay if stop.duration_s > 0.0 else "passes by"
 
 
@@ -339,19 +363,23 @@ def _sight(shown: Scene, ways: Sequence[Way]) -> tuple[Floats, Booleans]:
 
 
 def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> list[Floats]:
-    """Draw ways, legs that several of them share side by side, and stops; where arrows are [m]."""
-    arrows, at = list[Floats](), _places(shown, ways)
+    """Draw ways, legs that several of them share side by side, and stops.
+
+    Points that labels keep clear of [m]: arrows and stops.
+    """
+    points, at = list[Floats](), _places(shown, ways)
     users, before = Counter(chain.from_iterable(way.legs for way in ways)), Counter[object]()
     for way in ways:
         for leg, ends in zip(way.legs, pairwise(way.points[:, :2]), strict=True):
             shift = before[leg] - (users[leg] - 1) / 2
-            arrows += _draw_leg(ax, np.array(ends), shift, way.look)
+            points += _draw_leg(ax, np.array(ends), shift, way.look)
             before[leg] += 1
         for stop in way.stops:
             x, y, _ = at[str(stop.at)]
             signs.put(ax, stop.kind, (x, y), hollow=stop.duration_s <= 0.0)
+            points.append(np.array([x, y]))
     signs.put(ax, "end", [at["origin"], at["destination"]])
-    return arrows
+    return points
 
 
 def _draw_leg(ax: Axes, ends: Floats, shift: float, look: Look) -> list[Floats]:
@@ -446,15 +474,20 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
     return entries
 
 
+def links(shown: Scene) -> Floats:
+    """Lines (line, 2, 2) on the map from several devices to the hover points in their reach [m]."""
+    hovers_m = shown.places.position_m[shown.places.hovers, :2]
+    lines = np.stack([shown.devices_m[:, :2], hovers_m], axis=1)
+    return lines[np.isfinite(lines).all(axis=(1, 2)) & bool(shown.mission.devices)]
+
+
 def _draw_links(ax: Axes, shown: Scene) -> list[Artist]:
     """Draw which hover point serves which of several devices; the legend's entry."""
-    hovers_m = shown.places.position_m[shown.places.hovers, :2]
-    links = np.stack([shown.devices_m[:, :2], hovers_m], axis=1)
-    links = links[np.isfinite(links).all(axis=(1, 2))]
-    if not (shown.mission.devices and len(links)):
+    lines = links(shown)
+    if not len(lines):
         return []
     look: Look = {"linestyles": [style.DASHED], "linewidths": 0.9, "zorder": 1.6}
-    ax.add_collection(LineCollection([*links], colors=GREEN, **look), autolim=False)
+    ax.add_collection(LineCollection([*lines], colors=GREEN, **look), autolim=False)
     return [style.entry("device and its hover point", GREEN, 0.9, style.DASHED)]
 
 

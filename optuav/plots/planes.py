@@ -18,6 +18,7 @@ from optuav.plan import Plans, load_plans
 from optuav.plan.plane import ROLES, Plane, constraint_name, kind_of, thinned
 from optuav.plots import signs, style
 from optuav.plots.style import BLACK, drawable
+from optuav.presentation.numbers import figure, seconds
 
 OWN = (style.PINK, style.SKY, style.DARK, style.GREEN)  # Colours of limits that have no role
 SAMPLES = 401  # Samples of the constraints along an axis
@@ -82,11 +83,11 @@ def plane(
     if not slot_s > 0.0:
         raise InputError([Fault("slot_s", f"{slot_s!r}", "a length > 0 [s]")])
     upward, across = model.variables
-    known = [plan for plan in load_plans(plans, least=0) if plan]
-    points = [(getattr(plan, across.name), getattr(plan, upward.name)) for plan in known]
-    route = known[0].route if known else ()
+    flown = [plan for plan in load_plans(plans, least=0) if plan]
+    points = [(getattr(plan, across.name), getattr(plan, upward.name)) for plan in flown]
+    route = flown[0].route if flown else ()
     moments = (constraint.moment for constraint in model.constraints)
-    if 0 < len(route) <= max((getattr(each, "flight", 0) for each in moments), default=0):
+    if 0 < len(route) <= max((getattr(moment, "flight", 0) for moment in moments), default=0):
         words = "plans of the itinerary of this model"
         raise InputError([Fault("plans", " → ".join(route), words)])
     ax = ax or style.page(4.4).subplots()
@@ -100,10 +101,12 @@ def plane(
     style.group_thousands(ax)
     handles = list(_draw_constraints(ax, drawn, route))
     handles += _draw_grid(ax, drawn, counted, slot_s)
-    for plan, point in zip(known, points, strict=True):
+    for plan, point in zip(flown, points, strict=True):
         in_slots = plan.slot_s is not None
-        words = f"optimum in slots of {plan.slot_s:g} s" if in_slots else "optimum"
-        times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"
+        words = "optimum"
+        if plan.slot_s is not None:
+            words += f" in slots of {figure(plan.slot_s)} s"
+        times = f"{across.symbol} = {seconds(point[0])}, {upward.symbol} = {seconds(point[1])}"
         label = f"{words}\n{_set(times)}"
         around: style.Look = {"markersize": 16.0, "markerfacecolor": "none"} if in_slots else {}
         handles += signs.put(ax, "optimum", point, label, **around)
@@ -131,7 +134,7 @@ def _draw_grid(
     x, y = np.meshgrid(across, upward)
     inside = drawn.feasible(upward, across)
     fewer = f", one of {one_of} shown" if one_of > 1 else ""
-    slots = f"(slots of {slot_s:g} s{fewer})"
+    slots = f"(slots of {figure(slot_s)} s{fewer})"
     for which, marker, size, colour, words in (
         (inside, "o", 1.8, BLACK, "feasible"),
         (~inside, "x", 2.2, style.GREY, "not feasible"),

@@ -22,6 +22,7 @@ from optuav.plots import signs, style
 from optuav.plots.heat import LONGEST_HOVER_LABEL, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site
 from optuav.plots.style import BLACK, DARK, GREY, PALE, SKY, Look
+from optuav.presentation.numbers import coordinates, figure, seconds
 
 if TYPE_CHECKING:
     import xarray
@@ -89,16 +90,16 @@ def hover_map(
     for sign, words, names in points:
         handles += signs.put(ax, sign, site.positions(names), words, cased=True, zorder=4)
     if (best_m := found.attrs.get("best_m")) is not None:
-        words = f"best: {float(found.max()):.1f} s at ({best_m[0]:.10g}, {best_m[1]:.10g}) m"
+        words = f"best: {seconds(float(found.max()), 1)} at {coordinates(best_m[:2], 10)} m"
         words += ", edge of the map" * (found.attrs["best_at"] == "edge")
         # It may be at the edge of the map
-        handles += signs.put(ax, "optimum", best_m, style.minus(words), clip_on=False)
+        handles += signs.put(ax, "optimum", best_m, words, clip_on=False)
     roofs_m = site.places.position_m[site.places.buildings, :2]
     handles = [handle for handle in handles if _reaches(handle, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
     _legend_below(ax, handles)
-    height_m = style.minus(f"{found.attrs['height_m']:.10g}")
+    height_m = figure(found.attrs["height_m"], 10)
     rule = f"\n{style.perspective(found.attrs['perspective'])}"
     places = f"{moved} anywhere at z = {height_m} m"
     title = style.titled(mission.name, "longest hover", places, rule)
@@ -200,7 +201,8 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     rule = style.perspective(found.perspective)
     ax.set_title(style.titled(found.missions[0].name, lasers, rule))
     style.group_thousands(ax)
-    style.settle(ax)
+    for _ in range(2):  # The first time moves the axes, as both have one scale, and their labels
+        style.settle(ax)
     return ax
 
 

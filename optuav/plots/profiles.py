@@ -23,6 +23,7 @@ from optuav.plan import Plan
 from optuav.plan.trace import FlightEvent
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, PINK, SKY, Band, mark
+from optuav.presentation.numbers import fixed, seconds
 
 MOST_MARKED = 12  # Violations that are marked one by one
 WORDS = {"empty": "dry", "full": "driven past full"}  # For kinds of violations
@@ -132,7 +133,7 @@ def profile(
 def timed(replayed: Replay) -> list[tuple[str, FlightEvent]]:
     """Violations with their words; figures that contradict themselves have no moment."""
     return [
-        (f"{WORDS.get(event.kind, event.kind)} at {event.time_s:.1f} s", event)
+        (f"{WORDS.get(event.kind, event.kind)} at {seconds(event.time_s, 1)}", event)
         for event in replayed.violations
         if event.kind != "mismatch"
     ]
@@ -209,7 +210,7 @@ def leg(
         _draw_attitude(axes.attitude, stages)
     _draw_current(axes.current, stages)
     ends = " → ".join(map(style.drawable, (start, end)))
-    flown = f"{math.hypot(*way_m):.1f} m in {duration_s:.2f} s"
+    flown = f"{fixed(math.hypot(*way_m), 1)} m in {seconds(duration_s)}"
     several = len(stages) > 1
     title = style.titled(mission.name, f"leg {ends}", flown)
     axes.speed.set_title(title, pad=style.NAMES_PT if several else 6.0)
@@ -222,13 +223,13 @@ def leg(
 
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
-    known = scene(mission).places
+    all_places = scene(mission).places
     refuse(
-        Fault(option, shown(name), f"one of {first_ten(known.names)}")
+        Fault(option, shown(name), f"one of {first_ten(all_places.names)}")
         for option, name in (("start", start), ("end", end))
-        if name not in known.names
+        if name not in all_places.names
     )
-    first_m, last_m = (known.position_m[known.names.index(name)] for name in (start, end))
+    first_m, last_m = (all_places.position_m[all_places.names.index(name)] for name in (start, end))
     x, y, z = (last_m - first_m).tolist()
     if x == y == z == 0.0:
         raise InputError(f"the leg {start} → {end} has no length")
@@ -311,7 +312,7 @@ def _draw_current(ax: Axes, stages: Sequence[_Stage]) -> None:
         for stage in stages:
             numbers.setdefault(stage.name, []).append(f"{stage.number}")
         words = {name: f"{name} ({', '.join(own)})" for name, own in numbers.items()}
-        entries = [style.swatch(COLOURS.get(name, GREY), each) for name, each in words.items()]
+        entries = [style.swatch(COLOURS.get(name, GREY), label) for name, label in words.items()]
         _legend_beside(ax, entries, "stages")
 
 

@@ -24,7 +24,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.ticker import FuncFormatter, MaxNLocator
-from matplotlib.transforms import Bbox
+from matplotlib.transforms import Bbox, Transform
 from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Booleans, Floats
@@ -32,6 +32,7 @@ from optuav.judge import Replay
 from optuav.judge.flight_plan import FlightPlan, kind_of
 from optuav.looks import LOOKS, PHASES, SERIES
 from optuav.presentation import markup
+from optuav.presentation.numbers import minus
 
 BLACK = "black"
 BLUE, GREEN, ORANGE = PHASES.values()
@@ -52,6 +53,8 @@ WIDTH_IN = 7.2
 DOTS_PER_INCH = 200
 LEGEND_PT, NAMES_PT = 20.0, 16.0
 """Room for one line of a legend, or for names, between axes and title [pt]."""
+LINE_PT, UPRIGHT_PT, ABOVE_PT = 9.0, 9.0, 6.0
+"""Distance of upright names from each other, from their points, and from a title above them."""
 LONGEST_NAME = 24
 MOST_TICKS = 8
 TINT = 0.15
@@ -62,12 +65,15 @@ NEAR = (4.0, 8.0)
 FAR = (14.0, 22.0, 32.0, 44.0, 58.0, 74.0, 92.0, 112.0)
 """Distances of a label from its point [pt]; far ones get a line to it."""
 DIRECTIONS = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
+BETWEEN = ((2, 1), (2, -1), (-2, 1), (-2, -1), (1, 2), (1, -2), (-1, 2), (-1, -2))
+"""More directions of far labels, for where there is much around."""
 CLEARANCE = 1.5  # Least distance between two labels [pt]
 STRONG, FAINT = 1.0, 4.0  # Distance of the dots that stand for a line [pt]
 MOST_DOTS = 4000  # Most dots along a line
-OUTSIDE, ON_PLACE, PER_POINT = 1000.0, 100.0, 0.5
-"""Costs of leaving the axes, of the place of another label, and of each point of distance; a dot
-that is covered costs 1."""
+OUTSIDE, ON_PLACE, OBLIQUE, PER_POINT = 1000.0, 100.0, 20.0, 0.5
+"""Costs of leaving the axes, of the place of another label, of a direction between those of near
+labels, and of each point of distance; a dot that is covered costs 1."""
+FARTHER = 1.5  # How much farther than its own point the others must be from a label without a line
 MARKER = 4.0  # Distance of a label from places of others [pt]
 LEADER_DOTS = 100  # Dots that stand for the line to a label
 MOST_COVERED = 2  # Most dots that a label covers which is not needed
@@ -133,7 +139,7 @@ class Figures(dict[str, Figure]):
 
 def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
     """Return figures as HTML, with their titles or names for readers who do not see them."""
-    look = f"display: block; width: 100%; max-width: {PIXELS_PER_INCH * WIDTH_IN:g}px"
+    look = f"display: block; width: 100%; max-width: {round(PIXELS_PER_INCH * WIDTH_IN)}px"
     images = []
     for name, figure in figures:
         titles = ((ax.get_title(loc="left").strip(), ax.get_ylabel()) for ax in figure.axes)
@@ -165,7 +171,8 @@ def picture_of(drawn: Any) -> Shown:
 def image(figure: Figure, **options: Any) -> bytes:
     """A figure as the content of a file, with options as `Figure.savefig` takes them."""
     content = io.BytesIO()
-    figure.set_layout_engine("none")  # the picture is laid out already
+    if isinstance(figure, Page):
+        figure.set_layout_engine("none")  # the picture is laid out already
     with applied():
         figure.savefig(content, dpi=figure.dpi, **options)
     return content.getvalue()
@@ -187,8 +194,8 @@ def perspective(*names: str) -> str:
 def drawable(name: str) -> str:
     """A name as a picture shows it: not too long, no mathematics, only letters of the font."""
     short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
-    known = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
-    return known.replace("$", r"\$")
+    letters = "".join(letter if ord(letter) in _letters() else "□" for letter in short)
+    return letters.replace("$", r"\$")
 
 
 @cache
@@ -219,11 +226,6 @@ def thin_ticks(ax: Axes) -> None:
         if not any(one.overlaps(other) for one, other in itertools.pairwise(boxes)):
             return
         ax.xaxis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]))
-
-
-def minus(text: str) -> str:
-    """A number with a minus sign in place of a hyphen."""
-    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def margins(
@@ -288,13 +290,45 @@ def annotate_beside(
     return text
 
 
+def upright(
+    ax: Axes, names: Sequence[str], at: Floats, coordinates: Transform, offset_pt: float
+) -> list[Annotation]:
+    """Write names upright beside points (n, 2) from left to right, joined to them by lines.
+
+    They are above the points by the offset, or below by a negative one. None is written where all
+    together are too wide.
+    """
+    x_px, pixels = coordinates.transform(at)[:, 0], root(ax).dpi / POINTS_PER_INCH
+    left, right = ax.get_window_extent().intervalx
+    steps = LINE_PT * pixels * np.arange(len(names))
+    if not len(names) or steps[-1] > right - left:
+        return []
+    # The mean of names that only give way to the right and of names that only give way to the left.
+    free = x_px - steps
+    moved = np.maximum.accumulate(free) + np.minimum.accumulate(free[::-1])[::-1]
+    shifts_pt = (np.clip(0.5 * moved, left, right - steps[-1]) + steps - x_px) / pixels
+    above = offset_pt > 0.0
+    look: Look = {"rotation": 90.0, "ha": "center", "va": "bottom" if above else "top", **HALO}
+    look |= {"arrowprops": {**LEADER, "relpos": (0.5, 0.0 if above else 1.0)}, "zorder": 10}
+    look |= {"xycoords": coordinates, "annotation_clip": False}
+    return [
+        annotate_beside(ax, name, point, (shift_pt, offset_pt), **look)
+        for name, point, shift_pt in zip(names, at.tolist(), shifts_pt.tolist(), strict=True)
+    ]
+
+
 class Band(NamedTuple):
-    """A stretch of time [s], and names for it; the first that fits is written."""
+    """A stretch of time [s], and names for it; the first that fits is written.
+
+    Where none fits and one is required, the places of all bands are written upright.
+    """
 
     begin_s: float
     end_s: float
     colour: str
     names: tuple[str, ...]
+    place: str = ""
+    required: bool = False
 
 
 def phase_bands(replayed: Replay) -> list[Band]:
@@ -302,32 +336,61 @@ def phase_bands(replayed: Replay) -> list[Band]:
     served = {device.name for device in replayed.mission.devices}
     bands, by_items = list[Band](), isinstance(replayed.subject, FlightPlan)
     for phase in replayed.phases:
-        at, names = drawable(phase.end.name), tuple[str, ...]()
-        if by_items and phase.kind == "flight":
-            names = (kind_of(phase),) * (kind_of(phase) != phase.kind)
-            bands.append(Band(phase.start_s, phase.end_s, PHASES[phase.kind], names or ("flight",)))
-            continue
-        if phase.kind == "rest":
-            names = (f"rest, {at}",)
-        elif phase.kind == "hover" and phase.end.name in served:
-            names = (f"hover, {at}", at)
-        bands.append(Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind)))
+        kind, place = kind_of(phase) if by_items else phase.kind, drawable(phase.end.name)
+        stretch = phase.start_s, phase.end_s, PHASES[phase.kind]
+        if phase.kind == "hover" and phase.end.name in served:
+            bands.append(Band(*stretch, (f"hover, {place}", place), place, required=True))
+        elif phase.kind == "rest":
+            bands.append(Band(*stretch, (f"rest, {place}", "rest"), place))
+        else:
+            bands.append(Band(*stretch, (kind,)))
     return bands
 
 
-def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
-    """Draw bands on settled axes that share their time, with names above the first."""
-    top = axes[0]
-    for begin_s, end_s, colour, names in bands:
+def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> float:
+    """Draw bands on settled axes that share their time, with names above the first.
+
+    Names that stand upright raise its title, and a page with it; the room below the title [pt].
+    """
+    top, room_pt = axes[0], NAMES_PT
+    for band in bands:
         for ax in axes:
-            ax.axvspan(begin_s, end_s, color=colour, alpha=TINT, linewidth=0.0)
-        left, right = top.transData.transform([(begin_s, 0.0), (end_s, 0.0)])[:, 0]
-        for name in names:
-            at, fraction = (0.5 * (begin_s + end_s), 1.0), ("data", "axes fraction")
-            text = annotate_beside(top, name, at, (0.0, 3.0), xycoords=fraction, fontsize=7.5)
-            if text.get_window_extent().width <= right - left:
-                break
+            ax.axvspan(band.begin_s, band.end_s, color=band.colour, alpha=TINT, linewidth=0.0)
+    written = [_write_within(top, band) for band in bands]
+    if any(band.required and not text for text, band in zip(written, bands, strict=True)):
+        for text in filter(None, written):
             text.remove()
+        named = [band for band in bands if band.place]
+        at = np.array([(0.5 * (band.begin_s + band.end_s), 1.0) for band in named])
+        places, above = [band.place for band in named], top.get_xaxis_transform()
+        texts = upright(top, places, at, above, UPRIGHT_PT)
+        if texts:
+            high_px = max(text.get_window_extent().y1 for text in texts) - top.bbox.y1
+            room_pt = high_px * POINTS_PER_INCH / root(top).dpi + ABOVE_PT
+            _raise_title(top, room_pt)
+    return room_pt
+
+
+def _write_within(ax: Axes, band: Band) -> Annotation | None:
+    """Write the first name of a band that fits above it; None if there is none."""
+    at, look = (0.5 * (band.begin_s + band.end_s), 1.0), {"xycoords": ax.get_xaxis_transform()}
+    left, right = ax.transData.transform([(band.begin_s, 0.0), (band.end_s, 0.0)])[:, 0]
+    for name in band.names:
+        text = annotate_beside(ax, name, at, (0.0, 3.0), fontsize=7.5, **look)
+        if text.get_window_extent().width <= right - left:
+            return text
+        text.remove()
+    return None
+
+
+def _raise_title(ax: Axes, room_pt: float) -> None:
+    """Leave room between axes and title, by which a page grows, and settle the axes again."""
+    figure = root(ax)
+    if isinstance(figure, Page):
+        more_in = (room_pt - NAMES_PT) / POINTS_PER_INCH
+        figure.set_figheight(figure.get_figheight() + more_in)
+    ax.set_title(ax.get_title(loc="left"), pad=room_pt)
+    settle(ax)
 
 
 def swatch(colour: str, label: str) -> Patch:
@@ -372,6 +435,7 @@ def place(
     dotted += [_dots(ax, line, FAINT * pixels) for line in weak]
     dots = np.concatenate([np.empty((0, 2)), *dotted])
     places = np.array([*clear, *(label.at for label in labels if label.needed)]).reshape(-1, 2)
+    points = ax.transData.transform(np.array([label.at for label in labels]).reshape(-1, 2))
     taken, leaders = np.empty((0, 2, 2)), np.empty((0, 2))
     for label in sorted(labels, key=lambda each: not each.needed):
         look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
@@ -386,6 +450,7 @@ def place(
         lines_to = np.linspace(anchor, boxes.mean(axis=1), LEADER_DOTS, axis=1)
         crossing = [_within(taken, line).any() for line in lines_to[far]]
         covered[far] += ON_PLACE * np.array(crossing, dtype=bool)
+        covered[~far] += ON_PLACE * _ambiguous(boxes[~far], anchor, points)
         apart = (padded[:, None, 0] > taken[:, 1]) | (padded[:, None, 1] < taken[:, 0])
         free = np.all(np.any(apart, axis=2), axis=1)
         fits = free & (label.needed | (covered <= MOST_COVERED))
@@ -419,13 +484,16 @@ def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> tuple[Floats, B
     """
     frame, anchor = ax.get_window_extent(), ax.transData.transform(label.at)
     extent = np.array(size.size)
-    spots = [*itertools.product((*NEAR, *FAR) if label.needed else NEAR, DIRECTIONS)]
+    spots = [*itertools.product(NEAR, DIRECTIONS)]
+    spots += [*itertools.product(FAR, (*DIRECTIONS, *BETWEEN))] if label.needed else []
     rings, ways = (np.array(column) for column in zip(*spots, strict=True))
     reach = (rings * pixels / np.hypot(*ways.T))[:, None]
-    low = anchor + ways * reach + (ways - 1) * extent / 2
-    inside = ((low >= frame.min) & (low <= frame.max - extent)).all(axis=1)
+    low = anchor + ways * reach + (np.sign(ways) - 1) * extent / 2
+    inner = frame.padded(-CLEARANCE * pixels)
+    inside = ((low >= inner.min) & (low <= inner.max - extent)).all(axis=1)
     boxes, kept = np.stack([low, low + extent], axis=1), inside | label.needed
-    return (PER_POINT * rings + OUTSIDE * ~inside)[kept], np.isin(rings, FAR)[kept], boxes[kept]
+    costs = PER_POINT * rings + OUTSIDE * ~inside + OBLIQUE * (np.abs(ways) > 1).any(axis=1)
+    return costs[kept], np.isin(rings, FAR)[kept], boxes[kept]
 
 
 def _grown(boxes: Floats, by: float) -> Floats:
@@ -438,6 +506,15 @@ def _within(boxes: Floats, points: Floats) -> Floats:
     low, high = boxes[:, 0, None], boxes[:, 1, None]
     inside = ((points >= low) & (points <= high)).all(axis=2)
     return np.asarray(inside.sum(axis=1, dtype=float))
+
+
+def _ambiguous(boxes: Floats, anchor: Floats, points: Floats) -> Booleans:
+    """Whether a label in each box would be read as that of a point other than its anchor [px]."""
+    low, high = boxes[:, 0, None], boxes[:, 1, None]
+    away = np.linalg.norm(np.maximum(0.0, np.maximum(low - points, points - high)), axis=2)
+    own = (np.abs(points - anchor) < 1.0).all(axis=1)
+    nearest = away[:, ~own].min(axis=1, initial=np.inf)
+    return np.asarray(nearest < FARTHER * away[:, own].max(axis=1))
 
 
 def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:

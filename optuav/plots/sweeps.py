@@ -133,14 +133,20 @@ def _drawn(found: xarray.Dataset, ax: Axes | None) -> Iterator[tuple[str, Axes]]
 
 def _checked(found: xarray.Dataset) -> tuple[_Sweep, list[str]]:
     """What is swept, and the keys over which it is."""
-    rows = [name for name, each in getattr(found, "coords", {}).items() if each.dims == ROWS]
+    rows = [
+        name for name, coordinate in getattr(found, "coords", {}).items() if coordinate.dims == ROWS
+    ]
     if len(rows) == 1:
         found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
-    hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
+    hover_s, attributes = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
     keys = [str(name) for name in getattr(hover_s, "dims", ()) if name != "perspective"]
     stated_keys = [key for key in keys if "units" in found[key].attrs]
     several = [key for key in stated_keys if len(np.unique(found[key])) > 1]
-    if len(keys) not in (1, 2, 3) or several != keys or not known.keys() >= {"mission", "problem"}:
+    if (
+        len(keys) not in (1, 2, 3)
+        or several != keys
+        or not attributes.keys() >= {"mission", "problem"}
+    ):
         words = "a dataset of one mission over up to three keys, of several values each"
         raise InputError([Fault("found", ", ".join(keys), words)])
     found = found.sortby(keys).drop_duplicates(keys)
@@ -148,9 +154,9 @@ def _checked(found: xarray.Dataset) -> tuple[_Sweep, list[str]]:
     if "perspective" not in hover_s.dims:
         hover_s = hover_s.expand_dims(perspective=[found.attrs["perspective"]])
     names = hover_s.perspective.values.tolist()
-    longest = known["problem"].partition("(")[0] in LONGEST_HOVER
+    longest = attributes["problem"].partition("(")[0] in LONGEST_HOVER
     sweep = _Sweep(
-        mission=known["mission"],
+        mission=attributes["mission"],
         measure=LONGEST_HOVER_LABEL if longest else HOVER,
         units={key: found[key].attrs["units"] for key in keys},
         hover_s={name: hover_s.sel(perspective=name) for name in names},
@@ -241,8 +247,8 @@ def _line_panels(
 ) -> tuple[str, str]:
     """Draw lines in every panel, with one legend; the labels of both axes."""
     across, each = _by_size(tables[0], keys)
-    known = np.concatenate([table.to_numpy().ravel() for table in tables])
-    limits = style.margins(known[np.isfinite(known)].tolist() or [0.0])
+    drawn_values = np.concatenate([table.to_numpy().ravel() for table in tables])
+    limits = style.margins(drawn_values[np.isfinite(drawn_values)].tolist() or [0.0])
     for ax, table in zip(panels, tables, strict=True):
         rows = [table.sel({each: value}) for value in table[each].values.tolist()]
         lines = [_line(sweep.value(each, float(row[each])), across, row) for row in rows]
@@ -262,12 +268,12 @@ def _map_panels(
     """Draw maps in every panel on one scale; the labels of both axes."""
     page, (first, second) = style.root(panels[0]), keys
     grids = [table.transpose(second, first).to_numpy() for table in tables]
-    known = np.isfinite(grids)
-    low, high = (np.nanmin(grids), np.nanmax(grids)) if known.any() else (0.0, 1.0)
+    is_finite = np.isfinite(grids)
+    low, high = (np.nanmin(grids), np.nanmax(grids)) if is_finite.any() else (0.0, 1.0)
     scale = Normalize(float(low), float(high))
     bar = page.colorbar(ScalarMappable(scale, COLOURS), ax=panels, label=sweep.measure, shrink=0.9)
     bar.outline.set_linewidth(0.4)
-    if not known.all():
+    if not is_finite.all():
         page.legend(handles=[without_value("no plan")], **BELOW)
     x, y = (tables[0][key].to_numpy() for key in keys)
     for ax, grid in zip(panels, grids, strict=True):

@@ -14,7 +14,7 @@ from optuav.plots import style
 from optuav.plots.heat import LONGEST_HOVER_LABEL, NONE
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE
 from optuav.presentation.keys import axis_of
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 
 MOST_KEYS, LONGEST_KEY = 20, 44
 KEY_IN, AROUND_IN = 0.24, 1.5  # Height of a key in a tornado, and of what surrounds them [inch]
@@ -75,7 +75,7 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any
     for end, colour in (("low", ORANGE), ("high", BLUE)):
         at, end_s = swing[end], swing[f"hover_{end}_s"]
         # In four digits, without an exponent where it is short enough.
-        words = style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}")
+        words = fixed(at, 0) if 1e4 <= abs(at) < 1e6 else figure(at, 4)
         change_s = (beyond_s if end_s is None else end_s) - hover_time_s
         (bar,) = ax.barh(row, change_s, color=colour, zorder=1.0 - 1e-6 * abs(change_s), **own)
         if end_s is None:
@@ -108,16 +108,20 @@ def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) 
         draw_without_plan(ax, [(1.0 - len(planned) / count, GREY)], range_s)
     handles = list[Artist]()
     if middle_s > 0.0:
-        middle: style.Look = {"color": BLACK, "linewidth": 1.0, "label": f"median {middle_s:.0f} s"}
+        middle: style.Look = {
+            "color": BLACK,
+            "linewidth": 1.0,
+            "label": f"median {seconds(middle_s, 0)}",
+        }
         handles.append(ax.axvline(middle_s, **middle))
     if high_s > 0.0:
-        words = f"90 % within {low_s:.0f} to {high_s:.0f} s"
-        words = words if low_s > 0.0 else f"95 % at most {high_s:.0f} s, or no plan"
+        words = f"90 % within {fixed(low_s, 0)} to {seconds(high_s, 0)}"
+        words = words if low_s > 0.0 else f"95 % at most {seconds(high_s, 0)}, or no plan"
         band: style.Look = {"color": GREEN, "alpha": 0.15, "linewidth": 0.0, "label": words}
         handles.append(ax.axvspan(max(low_s, ax.get_xlim()[0]), high_s, **band))
     if fixed_s is not None:
         look: style.Look = {"color": DARK, "linewidth": 1.2, "linestyle": "--"}
-        handles.append(ax.axvline(fixed_s, **look, label=f"fixed plan {fixed_s:.0f} s"))
+        handles.append(ax.axvline(fixed_s, **look, label=f"fixed plan {seconds(fixed_s, 0)}"))
     ax.set(xlabel=LONGEST_HOVER_LABEL, ylabel="share of samples [%]")
     words = f"longest hover in {plural(count, 'sample')}"
     ax.set_title(style.titled(mission, words), pad=style.LEGEND_PT)

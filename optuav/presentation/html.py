@@ -36,7 +36,7 @@ def _elements(block: Block) -> Iterator[Element]:
         case Picture():
             yield block.draw()
         case Fold():
-            inside = (element for each in block.blocks for element in _elements(each))
+            inside = (element for part in block.blocks for element in _elements(part))
             if block.title:
                 yield fold(block.title, *inside, is_open=block.is_open)
             else:

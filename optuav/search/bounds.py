@@ -330,7 +330,7 @@ def _limits(
         price_A = share * current_A + push_A * fade
         return np.where(counts & (number < past), np.where(hover, -price_A, price_A), 0.0)
 
-    for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
+    for stop, leg in enumerate(Flown(*columns) for columns in zip(*legs, strict=True)):
         total_As, since_As = total_As - leg.charge_As, since_As - leg.charge_As
         tilt_As = tilt_As * leg.remaining + leg.tilt_As
         least[:stop] *= leg.remaining

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Floats
+from optuav.presentation.numbers import figure
 from optuav.search.bounds import possible
 from optuav.search.plans import Stops, feasible, longest, with_short_rests
 from optuav.search.sequence_bounds import bounded
@@ -169,7 +170,7 @@ class _BranchAndBound:
         budget = self.examined + (MOST_BOXES if self.time_limit_s == np.inf else np.inf)
         kinds = sorted({boxes.pattern for boxes in self.open})
         parts = ([some for some in self.open if some.pattern == kind] for kind in kinds)
-        self.open = deque(joined(each) for each in parts)
+        self.open = deque(joined(part) for part in parts)
         while self.open:
             if self.examined > budget:
                 self._close_in()
@@ -183,7 +184,9 @@ class _BranchAndBound:
         for _ in range(GAP_HALVINGS):
             middle_s = 0.5 * (low_s + self.most_s)
             high = (boxes.take(boxes.bound_s >= middle_s) for boxes in left)
-            passed = [possible(self.terrain, each, np.full(len(each), middle_s)) for each in high]
+            passed = [
+                possible(self.terrain, upper, np.full(len(upper), middle_s)) for upper in high
+            ]
             if any(map(len, passed)):
                 low_s, left = middle_s, [boxes for boxes in passed if len(boxes)]
             else:
@@ -248,7 +251,7 @@ class _BranchAndBound:
         if self.progress is not None:
             self.progress(max(self.longest_s, 0.0), self.examined, sum(map(len, self.open)))
         if time.monotonic() - self.started_s > self.time_limit_s:
-            raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
+            raise _EarlyEnd(f"ended after {figure(self.time_limit_s)} s")
 
     def _bound_s(self) -> float:
         """Hover time that no plan exceeds [s]: the largest bound of a sequence with open boxes."""

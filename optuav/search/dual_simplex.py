@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 
-TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
+ROW_TOLERANCE = 1e-9  # Violation of a row, its largest coefficient being 1, that counts as none
 IMPOSSIBLE = 1e-5  # Violation of a row, beyond rounding, that no point can mend
 LEAST_PIVOT = 1e-9  # Smaller coefficients count as 0
 EXCHANGES = 10  # Largest number of exchanges, as a multiple of the number of rows
@@ -56,7 +56,7 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
     for exchange in range(EXCHANGES * count + 1):
         row = table[:-1, -1].argmin(axis=0)
         column_of = np.arange(len(left))
-        lacks = table[row, -1, column_of] < -TOLERANCE
+        lacks = table[row, -1, column_of] < -ROW_TOLERANCE
         entries = table[row[None], np.arange(unknowns)[:, None], column_of]
         enters = entries < -LEAST_PIVOT
         steps = np.where(enters, table[-1, :-1], np.inf) / np.where(enters, -entries, 1.0)
@@ -78,9 +78,9 @@ def dual_simplex(rows: Floats, limits: Floats, worth: Floats, enough: Floats) ->
             worth_of = table[..., ends][proves[which_at], which, which_at]
             prices[slacks, at[which_at]] = np.maximum(worth_of, 0.0)
             # The slack that the stuck row states is its own unknown.
-            own = basic[row, column_of][ends]
-            slack = np.flatnonzero(void[ends] & (own >= unknowns))
-            prices[own[slack] - unknowns, at[slack]] = 1.0
+            basics = basic[row, column_of][ends]
+            slack = np.flatnonzero(void[ends] & (basics >= unknowns))
+            prices[basics[slack] - unknowns, at[slack]] = 1.0
             left, row, column = left[~ends], row[~ends], column[~ends]
             table, basic, other = table[..., ~ends], basic[:, ~ends], other[:, ~ends]
             if not len(left):

@@ -21,7 +21,7 @@ from optuav.search.terrain import (
     least_sums,
 )
 
-HALVINGS = 60  # Halvings of a bisection
+TIME_HALVINGS = 60  # Halvings of a stay
 LIKELIEST = 3  # Buildings that are tried
 
 
@@ -44,7 +44,7 @@ def _likeliest(terrain: Terrain) -> list[int]:
     gained_A, roofs = terrain.stay_current_A[FIRST_BUILDING:], slice(FIRST_BUILDING, None)
     drawn_A, size_As = -terrain.stay_current_A[HOVER], float(terrain.battery.capacity_As)
     figures = terrain.duration_s, _charges(terrain)
-    flight_s, flight_As = (each[HOVER, roofs] + each[roofs, HOVER] for each in figures)
+    flight_s, flight_As = (figure[HOVER, roofs] + figure[roofs, HOVER] for figure in figures)
     with np.errstate(divide="ignore", invalid="ignore"):
         hover_s = (size_As - flight_As) / drawn_A
         share = hover_s / (hover_s + flight_s + size_As / gained_A)
@@ -84,7 +84,7 @@ def _by_way_of(terrain: Terrain, building: int, most: int) -> list[Stops]:
         full_s = float(time_to_full(battery, landed.wells(battery), gained_A))
         rest_s, last_s = 0.0, left_s
         low_s, high_s = 0.0, min(full_s, left_s)
-        for middle_s in itertools.chain([high_s], [None] * HALVINGS):
+        for middle_s in itertools.chain([high_s], [None] * TIME_HALVINGS):
             # A longer rest allows a longer last hover and leaves less time for it.
             rest_s = 0.5 * (low_s + high_s) if middle_s is None else middle_s
             rested = Stage(gained_A, rest_s), *out
@@ -151,7 +151,7 @@ def _longest_from_full_s(terrain: Terrain, drawn_A: float) -> float:
     stages = [Stage(-amps, lasts_s) for amps, lasts_s in zip(*landings, strict=True)]
     low_s = np.zeros(len(reached))
     high_s = np.full(len(reached), float(battery.capacity_As) / drawn_A)
-    for _ in range(HALVINGS):
+    for _ in range(TIME_HALVINGS):
         middle_s = 0.5 * (low_s + high_s)
         end = tilted_after(battery, start(battery), Stage(-drawn_A, middle_s), *stages)
         holds = np.asarray(end.wells(battery).available_As) >= 0.0

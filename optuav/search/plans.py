@@ -21,7 +21,7 @@ from optuav.physics.kibam import (
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import HOVER, Boxes, Terrain
 
-HALVINGS = 40  # Halvings of a hover time; some 1e-9 s are left
+HOVER_HALVINGS = 40  # Halvings of a hover time; some 1e-9 s are left
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ def _along(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, F
     high_s = left_s - chosen.low_s[rests].sum(axis=0)
     high_s = np.maximum(low_s, np.minimum(high_s, chosen.high_s[hovers].sum(axis=0)))
     best_s = stays_s[:, held]
-    for _ in range(HALVINGS):
+    for _ in range(HOVER_HALVINGS):
         middle_s = 0.5 * (low_s + high_s)
         tried_s = _stays(chosen, middle_s, left_s)
         good = _holds(terrain, chosen, tried_s, left_s)
@@ -181,7 +181,7 @@ def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
     places, stays_s = stops.places[:, None], stops.stays_s[:, None].copy()
     for stop in np.flatnonzero(stops.places[1:-1] != HOVER):
         low_s, high_s = 0.0, float(stays_s[stop, 0])
-        for time_s in (low_s, *[None] * HALVINGS):
+        for time_s in (low_s, *[None] * HOVER_HALVINGS):
             tried_s = stays_s.copy()
             tried_s[stop] = 0.5 * (low_s + high_s) if time_s is None else time_s
             if slack(terrain, places, tried_s)[0] >= 0.0:

@@ -67,15 +67,15 @@ def bounded(terrain: Terrain, boxes: Boxes, enough_s: Floats) -> Bounds:
     sure_s = boxes.low_s[hovers].sum(axis=0) + ROUNDING_S
     left = limits - (rows[:, :stops] * boxes.low_s).sum(axis=1)
     tops_s[:stops] -= boxes.low_s
-    found = dual_simplex(rows, left, worth, enough_s - sure_s)
+    result = dual_simplex(rows, left, worth, enough_s - sure_s)
     # By the prices on the rows themselves, so that rounding of the exchanges hides no plan.
-    paid = (found.prices[:, None] * rows).sum(axis=0)
-    limit = (found.prices * left).sum(axis=0)
-    none = found.value == -np.inf
+    paid = (result.prices[:, None] * rows).sum(axis=0)
+    limit = (result.prices * left).sum(axis=0)
+    none = result.value == -np.inf
     void = none & (limit + (np.maximum(-paid, 0.0) * tops_s).sum(axis=0) < 0.0)
     hover_s = limit + (np.maximum(worth[:, None] - paid, 0.0) * tops_s).sum(axis=0)
     hover_s = np.where(none, tops_s[hovers].sum(axis=0), hover_s) + sure_s
-    return Bounds(np.where(void, -np.inf, hover_s), found.x[:stops] + boxes.low_s)
+    return Bounds(np.where(void, -np.inf, hover_s), result.x[:stops] + boxes.low_s)
 
 
 def programmes(terrain: Terrain, boxes: Boxes) -> Programmes:
@@ -120,8 +120,8 @@ def programmes(terrain: Terrain, boxes: Boxes) -> Programmes:
         rows.append(slope_A * before - gained)
         limits.append(charge_As - height_As - slope_A * (elapsed_s - at_s))
     wells = zip(*_wells(terrain, boxes, legs, gained, charge_As, tapers), strict=True)
-    for each, more in zip((rows, limits), wells, strict=True):
-        each.append(np.array(more))
+    for blocks, more in zip((rows, limits), wells, strict=True):
+        blocks.append(np.array(more))
     return Programmes(np.concatenate(rows), np.concatenate(limits), tops)
 
 

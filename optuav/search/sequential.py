@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.search.dual_simplex import TOLERANCE, dual_simplex
+from optuav.search.dual_simplex import ROW_TOLERANCE, dual_simplex
 from optuav.search.plans import margins, steady_s
 from optuav.search.terrain import Boxes, Terrain
 
-STEPS = 200  # Largest number of linear programmes a sequence
+MOST_PROGRAMMES = 200  # Largest number of linear programmes a sequence
 STILL_S = 1e-9  # A shorter step is the last [s]
 # Distance that is kept from limits, in seconds of the stay that counts most there: more than the
 # tolerance of a linear programme.
-APART_S = 3.0 * TOLERANCE
+APART_S = 3.0 * ROW_TOLERANCE
 DIFFERENCE_S = 1e-3  # Step of a difference quotient [s]
 LEAST_SLOPE_A = 1e-6  # Limits that no stay changes more than this are not scaled
 PENALTY = 100.0  # Hover [s] that a violation of a limit by one second of stay is worth
@@ -38,7 +38,7 @@ def improved(terrain: Terrain, boxes: Boxes, begin_s: Floats) -> Floats:
     legs_s = terrain.duration_s[boxes.places[:-1], boxes.places[1:]].sum(axis=0)
     left_s = np.maximum(terrain.deadline_s - legs_s - APART_S, 0.0)
     reach_s, moving = left_s.copy(), np.arange(len(boxes))
-    for _ in range(STEPS):
+    for _ in range(MOST_PROGRAMMES):
         places, here_s, reach = boxes.places[:, moving], stays_s[:, moving], reach_s[moving]
         value_As, slope_A = _linear(terrain, places, here_s)
         scale_A = np.maximum(np.abs(slope_A).max(axis=1), LEAST_SLOPE_A)
@@ -51,8 +51,8 @@ def improved(terrain: Terrain, boxes: Boxes, begin_s: Floats) -> Floats:
             reach * able[:, moving],
             left_s[moving],
         )
-        found = dual_simplex(rows, limits, worth, np.full(len(moving), -np.inf))
-        there_s = low_s + found.x[:-1]
+        result = dual_simplex(rows, limits, worth, np.full(len(moving), -np.inf))
+        there_s = low_s + result.x[:-1]
         there_s *= np.minimum(1.0, left_s[moving] / np.maximum(there_s.sum(axis=0), STILL_S))
         there_As = _margins(terrain, places, there_s)
         now, then = (

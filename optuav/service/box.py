@@ -20,6 +20,7 @@ from optuav.mission.messages import nearest, of_kind, path_of
 from optuav.network.variants import Columns
 from optuav.physics.cells import TYPED
 from optuav.physics.quantity import Quantity
+from optuav.presentation.numbers import figure
 from optuav.studies.samples import (
     Draws,
     Spread,
@@ -56,7 +57,7 @@ class Box(NamedTuple):
             spread.key.name: spread.key.now for spread in self.spreads
         }
         return tuple(
-            f"{name} = {now[name]:g} of the mission is not in {low:g} to {high:g}"
+            f"{name} = {figure(now[name])} of the mission is not in {figure(low)} to {figure(high)}"
             for name, (low, high) in self.numbers.items()
             if not low - TYPED * abs(low) <= now[name] <= high + TYPED * abs(high)
         )

@@ -8,6 +8,7 @@ from typing import TypeVar
 from optuav.errors import InputError, NoPlanError
 from optuav.mission import Mission
 from optuav.network import vehicle
+from optuav.presentation.numbers import seconds
 
 Answer = TypeVar("Answer")
 
@@ -28,6 +29,11 @@ def with_words(
     if answer is None or isinstance(answer, str):
         return None, answer
     return answer, words(answer)
+
+
+def hover_words(hover_s: float) -> str:
+    """A hover time in calm air."""
+    return f"{seconds(hover_s)} of hover"
 
 
 def calm_facts(in_calm_air: str | None) -> Iterator[tuple[str, str]]:

@@ -20,8 +20,8 @@ from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.options import Perspective
-from optuav.presentation.numbers import percent
-from optuav.service.calm_air import in_calm_air, with_words
+from optuav.presentation.numbers import amperes, figure, percent, typed, watts
+from optuav.service.calm_air import hover_words, in_calm_air, with_words
 from optuav.service.declared import CycleComparison, compared, program_of
 from optuav.service.endless import NEVER_LANDS, EndlessCycle, cycle_figures
 from optuav.service.event import Event, Progress, event_of
@@ -36,7 +36,7 @@ PERSPECTIVES = ("available", "battery")
 DURATION = Range("s", gt=0, le=1e7)
 POWER = Range("W", gt=0, le=1e9)
 STEP = Range("m", ge=-1000, le=1000)
-DRONES_IN_CALM = "{} drones"
+DRONES_IN_CALM = "{} drones".format
 
 
 class CoverageOptions(TypedDict):
@@ -88,16 +88,16 @@ class Coverage(EndlessCycle):
         Parameters
         ----------
         share
-            Mean number of drones that hover [-], > 0 and up to 1000: several devices at equal
-            distance need as many, each lit hover with a beam of its own.
+            Mean number of drones that hover [-], > 0 and up to 1000. Above 1, the fleet serves
+            several devices that are equally far away, and each lit hover has a beam of its own.
         overlap_s
             Time that two drones hover together at a handover [s], at most half of the hover.
 
         Returns
         -------
         Fleet
-            Counts of drones, places and beams, who starts when, and the judge's replay. A drone
-            that waits stays at its place: dark waiting would let the wells drift.
+            Counts of drones, places and beams, the start of each drone, and the judge's replay. A
+            waiting drone stays at its charging place; without charging, the wells would drift.
 
         Raises
         ------
@@ -111,12 +111,12 @@ class Coverage(EndlessCycle):
         return replace(fleet, calm_drones=drones, in_calm_air=words)
 
     def program(self) -> Program:
-        """Declare this cycle as a problem: `Cycle` on its building, its start wells unknown.
+        """Declare this cycle as a problem: `Cycle` on its building, with an unknown initial charge.
 
         Returns
         -------
         Program
-            Print it, or solve it by any engine that takes it; over the mission of `plan`.
+            Over the mission of `plan`; print it, or solve it with any engine that accepts it.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class Coverage(EndlessCycle):
         return program_of(self)
 
     def compare(self) -> CycleComparison:
-        """Compare this cycle with the answers of all engines that take `program`.
+        """Compare this cycle with the answers of all engines that accept `program`.
 
         Returns
         -------
@@ -147,7 +147,7 @@ class Coverage(EndlessCycle):
         return compared(self)
 
     def horizon(self, hours: float) -> Horizon:
-        """Plan one drone's day from full wells: visits to the building, rests until full.
+        """Plan one drone's day from full wells: hovers, and rests until full, in turn.
 
         Every landing keeps ``limits.min_soc``. The day begins at the origin and ends at the
         destination of the mission.
@@ -176,9 +176,7 @@ class Coverage(EndlessCycle):
         '3277.31 s of 3305.80 s'
         """
         day = horizon_of(self, hours)
-        hover_s, words = self._in_calm_air(
-            lambda calm: calm.horizon(hours).hover_s, "{:.2f} s of hover"
-        )
+        hover_s, words = self._in_calm_air(lambda calm: calm.horizon(hours).hover_s, hover_words)
         return replace(day, calm_hover_s=hover_s, in_calm_air=words)
 
     def event(
@@ -193,21 +191,21 @@ class Coverage(EndlessCycle):
         """Find the fewest drones that cover some hours without a gap, all full at the start.
 
         The drones rest on one building, the one that needs fewest, and hover in turns, each for as
-        long as a linear programme says. If only charge counts, it gives the fewest that can take
-        turns on any of the buildings. The judge then flies the roster through the wells. If the
-        roster runs dry, hovers are made shorter; the endless ring is tried last, and if that is
-        not enough, a drone is added.
+        long as a linear programme says. If only charge counts, no smaller number of drones can take
+        turns on any building. The judge then flies the roster through the wells. If a drone runs
+        dry, `event` shortens the hovers, then tries the endless ring, and finally adds a drone.
 
         Parameters
         ----------
         hours
-            How long the event lasts [h], > 0 and up to 240, from when the first drone hovers.
+            Duration of the event [h], > 0 and up to 240, from the first drone's hover on.
         drones
-            How many there are, 1 to 100; None for the fewest.
+            Number of drones, 1 to 100; None for the fewest.
         progress
-            Called before each roster is tried, with how many were tried, None, and what comes.
+            Callback for progress before each roster: receives the number of rosters tried, None,
+            and words on the next one.
         overlap_s
-            For how long a hover goes on after the next one began [s], at most half of a hover.
+            Time that a hover continues after the next one has begun [s], at most half of a hover.
         separation_m
             Distance between the hover points of drones that take turns [m]: a number for a point
             that is higher, or the step (x, y, z) to it, up to 1000 m long; None for one point. Of
@@ -217,15 +215,15 @@ class Coverage(EndlessCycle):
         Returns
         -------
         Event
-            The number of drones and the one that charge forbids to go below, a row per hover, and
-            the judge's replay.
+            The number of drones, the least number that the charge allows, a row per hover, and the
+            judge's replay.
 
         Raises
         ------
         InputError, NoPlanError
-            If a number is out of range, or the perspective is ``"battery"``; or if so many drones
-            do not suffice, no drone can serve the device from a point apart, or the hover never
-            ends.
+            If a number is out of range, or the perspective is ``"battery"``; or if that number of
+            drones is not enough, no drone can serve the device from a separate point, or the hover
+            never ends.
 
         Examples
         --------
@@ -261,7 +259,7 @@ class Coverage(EndlessCycle):
                     raise NoPlanError(words) from None
 
     def watts(self, drones: int, share: float = 1.0, overlap_s: float = 0.0) -> PadPower:
-        """Find what pads must deliver so that some drones with dark hovers cover a share.
+        """Find the pad power with which some drones cover a share, without light for the hover.
 
         Parameters
         ----------
@@ -286,17 +284,17 @@ class Coverage(EndlessCycle):
         currents = _net_currents(network, lit=False, pad_power_W=math.inf)
         visits = _visits(network, *currents, self.perspective, None, math.inf)
         pads = pad_power(self.mission, [*visits], drones, share, overlap_s)
-        _, words = self._in_calm_air(lambda calm: calm.watts(drones, share, overlap_s), "{}")
+        _, words = self._in_calm_air(lambda calm: calm.watts(drones, share, overlap_s), str)
         return pads._replace(in_calm_air=words)
 
     def _in_calm_air(
-        self, ask: Callable[[Coverage], Figure], words: str
+        self, ask: Callable[[Coverage], Figure], words: Callable[..., str]
     ) -> tuple[Figure | None, str | None]:
         """A figure in calm air, if this cycle counts on the wind, and the same in words."""
         if not isinstance(self.calm, Coverage):
             return None, self.calm
         try:
-            return with_words(ask(self.calm), words.format)
+            return with_words(ask(self.calm), words)
         except (InputError, NoPlanError) as error:
             return None, str(error)
 
@@ -323,7 +321,7 @@ def coverage(
     swap_s
         Duration of an exchange of the pack instead of a rest [s], > 0 and up to 1e7.
     lit_hover
-        Whether the laser charges the hovering drone too; not with an exchange or a pad.
+        Whether the laser also charges the hovering drone; not with an exchange or a pad.
     pad_power_W
         Power into the battery from a pad by cable on every building [W], > 0 and up to 1e9,
         capped by ``battery.charge_current_A``, instead of the laser.
@@ -336,8 +334,8 @@ def coverage(
     Raises
     ------
     InputError, NoPlanError
-        If an option has no such value, the packs take turns, no building is in reach, or nothing
-        charges there; or if the drone cannot fly, or no building allows a hover that can be
+        If an option does not allow its value, the packs take turns, no building is in reach, or
+        nothing charges there; or if the drone cannot fly, or no building allows a hover that can be
         repeated.
 
     Examples
@@ -393,9 +391,9 @@ def step_of(separation_m: float | str | Sequence[float]) -> tuple[float, ...]:
     """A separation as a step (x, y, z) [m], a number being one in height."""
     number = isinstance(separation_m, int | float)
     step_m: Any = (0.0, 0.0, separation_m) if number else separation_m
-    known = isinstance(step_m, Sequence) and len(step_m) == 3 and all(map(STEP.accepts, step_m))
+    is_step = isinstance(step_m, Sequence) and len(step_m) == 3 and all(map(STEP.accepts, step_m))
     least = 0.0 if number else -1000.0
-    if not known or not 0.0 < math.hypot(*step_m) <= 1000.0 or step_m[2] < least:
+    if not is_step or not 0.0 < math.hypot(*step_m) <= 1000.0 or step_m[2] < least:
         words = "must be a number, 0 < x <= 1000, or a step (x, y, z), up to 1000 long [m]"
         raise InputError([Fault("separation_m", shown(separation_m), words)])
     return tuple(map(float, step_m))
@@ -407,14 +405,15 @@ def _moved(mission: Mission, step_m: Sequence[float]) -> Mission:
     height_m = point_m[2] + step_m[2]
     if height_m > limits.max_altitude_m:
         words = (
-            f"it is at {height_m:g} m, above limits.max_altitude_m = {limits.max_altitude_m:g} m"
+            f"it is at {figure(height_m)} m, above limits.max_altitude_m = "
+            f"{figure(limits.max_altitude_m)} m"
         )
         raise NoPlanError(words)
     if mission.route.hover_m is None and step_m[2] > 0.0 and not any(step_m[:2]):
         lifted = mission.replace({"limits.min_altitude_m": height_m})
         higher_m = [*map(float, vehicle.hover_point_m(lifted))]
         if not np.isfinite(higher_m).all():
-            raise NoPlanError(f"the link of the device does not reach {height_m:g} m")
+            raise NoPlanError(f"the link of the device does not reach {figure(height_m)} m")
         return mission.replace({"route.hover_m": higher_m})
     moved_m = [at + by for at, by in zip(point_m, step_m, strict=True)]
     return mission.replace({"route.hover_m": moved_m})
@@ -473,19 +472,19 @@ def _visits(
 def _uncharged(mission: Mission, net_A: float, pad_power_W: float | None) -> Fault:
     """Return why no resting drone charges: the net current into the best one is not above 0."""
     battery, drawn_A = mission.battery, float(mission.flight_model.rest().current_A)
-    given_A, other = net_A + drawn_A, "state a pad (pad_power_W) or an exchange (swap_s)"
+    given_A, other = net_A + drawn_A, "set a pad (pad_power_W) or an exchange (swap_s)"
     if given_A >= battery.charge_current_A:
-        words = f"must exceed the {drawn_A:.4g} A that a resting drone draws"
-        return Fault("battery.charge_current_A", f"{battery.charge_current_A:g}", words)
+        words = f"must exceed the {amperes(drawn_A)} that a resting drone draws"
+        return Fault("battery.charge_current_A", typed(battery.charge_current_A), words)
     if pad_power_W is not None:
         drawn_W = drawn_A * battery.nominal_voltage_V
-        words = f"must exceed the {drawn_W:.4g} W that a resting drone draws"
+        words = f"must exceed the {watts(drawn_W)} that a resting drone draws"
         return Fault("pad_power_W", shown(pad_power_W), words)
     if mission.laser is None:
         return Fault("laser", "", f"nothing charges a resting drone: {other}")
-    words = f"gives {given_A:.4g} A to a resting drone, which draws {drawn_A:.4g} A"
+    words = f"gives {amperes(given_A)} to a resting drone, which draws {amperes(drawn_A)}"
     words += f": the laser must be stronger or see a roof, or {other}"
-    return Fault("laser.power_W", f"{mission.laser.power_W:g}", words)
+    return Fault("laser.power_W", typed(mission.laser.power_W), words)
 
 
 def _best(visits: list[Visit]) -> tuple[Visit, float, float]:

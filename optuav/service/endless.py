@@ -23,7 +23,7 @@ from optuav.physics.flight import Flow
 from optuav.physics.kibam import tilted_after
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import fixed, percent, seconds
 from optuav.service.calm_air import calm_facts
 from optuav.service.visit import Visit
 from optuav.service.wells_over_time import draw_wells
@@ -163,7 +163,7 @@ class EndlessCycle(Result):
             yield Facts([("Share", f"100 %: it hovers without end, {ENDLESS}"), *calm])
             return
         times_s = {"hover": self.hover_s, "flight": self.flight_s, "rest": self.rest_s}
-        times = ", ".join(f"{name} {time_s:.2f} s" for name, time_s in times_s.items())
+        times = ", ".join(f"{name} {seconds(time_s)}" for name, time_s in times_s.items())
         departing, landing = map(percent, (self.soc_at_departure, self.soc_at_landing))
         share = f"{percent(self.share)} of the time, at most {percent(self.bound)}"
         if self.limit_share < 1.0:
@@ -171,7 +171,7 @@ class EndlessCycle(Result):
         facts = [
             ("Share", share),
             ("Building", printable(self.building)),
-            ("Cycle", f"{times}: {self.period_s:.2f} s"),
+            ("Cycle", f"{times}: {seconds(self.period_s)}"),
             ("Charge", f"{departing} at departure, {landing} at landing"),
         ]
         yield Facts([*facts, *calm, ("Proof", f"{self.status}: {self.proof}")])
@@ -179,7 +179,7 @@ class EndlessCycle(Result):
             (row["kind"], row["duration_s"], row["available_As"], row["bound_As"])
             for row in self.rows
         )
-        cells = [[kind, *map("{:.2f}".format, figures)] for kind, *figures in rows]
+        cells = [[kind, *map(fixed, figures)] for kind, *figures in rows]
         yield Table(
             ["phase", "duration [s]", "available [A s]", "bound [A s]"], cells, below=[WELLS]
         )

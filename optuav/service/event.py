@@ -13,8 +13,9 @@ import numpy as np
 
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission.messages import misfits, plural, shown
+from optuav.presentation.numbers import figure
 from optuav.service.endless import EndlessCycle
 from optuav.service.event_roster import AT_LEAST, EventHover, EventRoster, courses_of, judged
 from optuav.service.failure import Failure, failure_of
@@ -177,20 +178,27 @@ def event_of(
             continue
         if drones is not None and drones < least:
             number = plural(drones, "drone")
-            raise NoPlanError(f"{number} cannot cover {hours:g} h: {AT_LEAST} {least}")
+            raise NoPlanError(f"{number} cannot cover {figure(hours)} h: {AT_LEAST} {least}")
         for roster in (roster for ring in able for roster in rosters_of(ring)):
             tell(next(tried), None, f"{number} on {printable(roster.ring.building)}")
-            if roster.lowest_As >= -TOLERANCE * float(roster.battery.capacity_As):
+            if roster.lowest_As >= -JUDGE_TOLERANCE * float(roster.battery.capacity_As):
                 event = _event(cycles, hours, least, roster, separation_m)
                 if event.replay().flyable:
                     return judged(event)
         if drones is not None:
-            words = f"charge allows {number} for {hours:g} h, but every roster that optuav tried "
+            words = (
+                f"charge allows {number} for {figure(hours)} h, but every roster that optuav tried "
+            )
             words += "empties an available well: allow more drones, or leave their number open"
             raise NoPlanError(words)
     if not least:
-        raise NoPlanError(f"even {MOST_EVENT_DRONES} drones cannot cover {hours:g} h by charge")
-    words = f"charge allows {plural(least, 'drone')} for {hours:g} h, but every roster that optuav"
+        raise NoPlanError(
+            f"even {MOST_EVENT_DRONES} drones cannot cover {figure(hours)} h by charge"
+        )
+    words = (
+        f"charge allows {plural(least, 'drone')} for {figure(hours)} h, but every roster that "
+        "optuav"
+    )
     raise NoPlanError(
         f"{words} tried, of up to {MOST_EVENT_DRONES} drones, empties an available well"
     )

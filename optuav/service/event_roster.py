@@ -16,6 +16,7 @@ from optuav.mission.messages import plural
 from optuav.network.timeline import Phase
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading
+from optuav.presentation.numbers import coordinates, figure, fixed, seconds
 from optuav.service.calm_air import calm_facts
 from optuav.service.fleet import repeated, turns_table
 from optuav.service.roster import DroneRing
@@ -88,7 +89,7 @@ class EventRoster(Result):
     def gap(self) -> str:
         """How long nobody hovers, in words."""
         begin_s, end_s = self.excused or (0.0, 0.0)
-        gap_s = f"{end_s - begin_s:.2f}"
+        gap_s = fixed(end_s - begin_s)
         return "without a gap" if gap_s == "0.00" else f"with a gap of {gap_s} s"
 
     def replay(self) -> FleetReplay:
@@ -107,13 +108,13 @@ class EventRoster(Result):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the number of drones, and the hovers."""
-        yield Heading(f"{self.hours:g} h {self.gap}: {printable(self.mission.name)}")
+        yield Heading(f"{figure(self.hours)} h {self.gap}: {printable(self.mission.name)}")
         out_s = self.plans[0].phases[0].duration_s
-        rest = f"on {printable(self.building)}; take off {out_s:.2f} s before a hover"
+        rest = f"on {printable(self.building)}; take off {seconds(out_s)} before a hover"
         yield Facts(
             [
                 ("Drones", f"{self.drones}; {AT_LEAST} {self.least_drones}"),
-                ("Hovers", f"{len(self.rows)}, up to {self.longest_hover_s:.2f} s"),
+                ("Hovers", f"{len(self.rows)}, up to {seconds(self.longest_hover_s)}"),
                 ("Rest", rest),
                 *self._failed(),
                 *self._handover(),
@@ -125,14 +126,14 @@ class EventRoster(Result):
     def _failed(self) -> Iterator[tuple[str, str]]:
         """Yield the drone that fails, if one does."""
         if self.lost is not None:
-            yield "Failed", f"drone {self.lost.drone}, at {self.lost.at_s:g} s"
+            yield "Failed", f"drone {self.lost.drone}, at {figure(self.lost.at_s)} s"
 
     def _handover(self) -> Iterator[tuple[str, str]]:
         """Yield for how long two drones hover at a handover, and how far apart."""
         if self.overlap_s or self.separation_m:
-            words = f"{self.overlap_s:g} s of overlap"
+            words = f"{figure(self.overlap_s)} s of overlap"
             if self.separation_m:
-                words += f", next drone {_step_in_words(self.separation_m)}"
+                words += f", next drone {step_in_words(self.separation_m)}"
             yield "Handover", words
 
     def pictures(self, begin: datetime | None = None) -> Pictures:
@@ -147,7 +148,7 @@ class EventRoster(Result):
             for row in self.rows
         ]
         end_s = turns[-1].offset_s + turns[-1].round_s
-        words = f"{self.hours:g} h {self.gap}", plural(self.drones, "drone")
+        words = f"{figure(self.hours)} h {self.gap}", plural(self.drones, "drone")
         title = titled(self.mission.name, *words)
         courses = [
             [turn for turn, row in zip(turns, self.rows, strict=True) if row["drone"] == number]
@@ -199,8 +200,8 @@ def judged(event: Some) -> Some:
     return replace(event, courses=tuple(courses))
 
 
-def _step_in_words(step_m: tuple[float, ...]) -> str:
+def step_in_words(step_m: tuple[float, ...]) -> str:
     """A step from one hover point to the next, in words."""
     if any(step_m[:2]):
-        return f"({', '.join(f'{metres:g}' for metres in step_m)}) m away"
-    return f"{abs(step_m[2]):g} m {'higher' if step_m[2] > 0.0 else 'lower'}"
+        return f"{coordinates(step_m)} m away"
+    return f"{figure(abs(step_m[2]))} m {'higher' if step_m[2] > 0.0 else 'lower'}"

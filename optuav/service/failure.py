@@ -19,6 +19,7 @@ from optuav.physics.roots import bisect_largest
 from optuav.plan.climbs import vertical_times_s
 from optuav.plan.export import CLIMB_M
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import figure, fixed, seconds
 from optuav.service.event_roster import (
     AT_ONE_POINT,
     EventHover,
@@ -97,20 +98,20 @@ class Failure(Result):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the gap, who can cover it, and the new roster."""
-        lost = f"Without drone {self.drone} from {self.at_s:g} s on"
+        lost = f"Without drone {self.drone} from {figure(self.at_s)} s on"
         yield Heading(f"{lost}: {printable(self.mission.name)}")
         gap = "none"
         if self.gap_from_s is not None:
-            gap = f"{self.gap_s:.2f} s, from {self.gap_from_s:.2f} s on"
+            gap = f"{seconds(self.gap_s)}, from {seconds(self.gap_from_s)} on"
         if len(self.gaps_s) > 1:
-            gaps = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in self.gaps_s)
-            gap = f"{self.gap_s:.2f} s in {len(self.gaps_s)} gaps, {gaps}"
+            gaps = ", ".join(f"{fixed(begin)} to {seconds(end)}" for begin, end in self.gaps_s)
+            gap = f"{seconds(self.gap_s)} in {len(self.gaps_s)} gaps, {gaps}"
         words = [] if self.reason is None else [self.reason]
         if self.roster is not None:
             words[:0] = [f"{plural(len(self.rows), 'drone')}, {self.roster.gap}"]
         yield Facts([("Gap", f"{gap}, if nothing changes"), ("New roster", "; ".join(words))])
         cells = [
-            [str(row["drone"]), row["state"], f"{row['ready_s']:.2f}", f"{row['hover_s']:.2f}"]
+            [str(row["drone"]), row["state"], fixed(row["ready_s"]), fixed(row["hover_s"])]
             for row in self.rows
         ]
         yield Table(["drone", "state", "on station from [s]", "can hover [s]"], cells)
@@ -357,7 +358,8 @@ def _roster(
     rows, start_s = [*kept], succession.begin_s
     for number, hover_s in enumerate(hovers_s.tolist()):
         drone = succession.duty(number).drone
-        rows.append(EventHover(drone=drone, start_s=start_s, hover_s=hover_s, rest_s=0.0))
+        if hover_s > ROUNDING_S:  # Else its turn is left out
+            rows.append(EventHover(drone=drone, start_s=start_s, hover_s=hover_s, rest_s=0.0))
         start_s += hover_s - event.overlap_s + succession.pause_s * (number == 0)
     rows.sort(key=lambda row: row["start_s"])
     gaps = _gaps(rows, 0.0, 3600.0 * event.hours)
@@ -418,6 +420,7 @@ def _programme_left(
     from the start.
     """
     overlap_s, current, until_s = event.overlap_s, succession.current, 3600.0 * event.hours
+    climbs_s = sum(vertical_times_s(event.mission, CLIMB_M))
     paused_s = succession.pause_s * (count > 1)
     rows, last, margin = list[Constraints](), dict[int, int](), 2 * count
     shift_s = [succession.begin_s - k * overlap_s + paused_s * (k > 0) for k in range(count)]
@@ -447,7 +450,7 @@ def _programme_left(
             spare_s = shift_s[k] - shift_s[before] - visit.flight_s
             gained |= {before: visit.hover_A, count + before: -1.0}
             limit_As = -visit.flight_As + rest_A * spare_s
-            spare_s -= swap_s
+            spare_s -= swap_s or climbs_s  # The files take climbs from the rests
         else:
             spare_s = shift_s[k] - duty.ready_s(succession.at_s)
             flown = duty.landed_s > -math.inf

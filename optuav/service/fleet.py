@@ -17,7 +17,7 @@ from optuav.network.timeline import Phase, simulated
 from optuav.physics.roots import bisect_largest
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import amperes, figure, fixed, percent, seconds, watts
 from optuav.service.calm_air import calm_facts
 from optuav.service.endless import EndlessCycle
 from optuav.service.visit import Visit
@@ -56,8 +56,8 @@ class Fleet(Result):
     offsets_s, starts_every_s
         (drone,) first take-off of each drone, and the time between two departures [s].
     share, asked_share, longest_gap_s
-        Mean number of drones that hover, the one asked for, and the longest time with fewer than
-        asked for [s].
+        Mean number of drones that hover, the requested number, and the longest time with fewer
+        drones than requested [s].
     overlap_s, hover_s, rest_s
         Time that two drones hover together at a handover; hover and rest of a cycle [s].
     building, charged_by
@@ -96,10 +96,10 @@ class Fleet(Result):
     visit: Visit = field(repr=False)
 
     def replay(self, days: float = 4.0) -> FleetReplay:
-        """Simulate the fleet for some days by the judge alone, all drones full at first.
+        """Simulate the fleet for some days with the judge; all drones start with full batteries.
 
-        A charger goes on while its drone waits, until the next one needs the place. Days are > 0
-        and up to 30 [d], else `InputError`.
+        A charger stays on while its drone waits, until the next drone needs the place. Days are > 0
+        and up to 30 [d]; otherwise it raises `InputError`.
         """
         refuse(misfits(("days", days, Range("d", gt=0, le=30))))
         visit, until_s = self.visit, days * DAY_S
@@ -126,10 +126,10 @@ class Fleet(Result):
         words = covering(self.asked_share, self.overlap_s)
         yield Heading(f"Fleet {words}: {printable(self.mission.name)}")
         places = f"{self.places} on {printable(self.building)}, {self.beams} beams"
-        gap = f"{self.longest_gap_s:.2f} s at most; {self.share:.4g} hover on average"
+        gap = f"{seconds(self.longest_gap_s)} at most; {figure(self.share, 4)} hover on average"
         yield Facts(
             [
-                ("Drones", f"{self.drones}, a start every {self.starts_every_s:.2f} s"),
+                ("Drones", f"{self.drones}, a start every {seconds(self.starts_every_s)}"),
                 ("Places", places),
                 ("Gap", gap),
                 *calm_facts(self.in_calm_air),
@@ -194,7 +194,7 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
     drones = upwards(cycle.period_s / every_s)
     if drones > MOST_FLEET_DRONES:
         raise NoPlanError(
-            f"{drones} drones would have to take turns, more than {MOST_FLEET_DRONES}: state a "
+            f"{drones} drones would have to take turns, more than {MOST_FLEET_DRONES}: ask for a "
             "smaller share"
         )
     wait_s = max(drones * every_s - cycle.period_s, 0.0)
@@ -237,18 +237,18 @@ def fleet_of(cycle: EndlessCycle, share: float, overlap_s: float) -> Fleet:
 def need_handover(overlap_s: float, hover_s: float, noun: str = "the hover of a cycle") -> None:
     """Refuse an overlap in which a third drone would hover."""
     if overlap_s > 0.5 * hover_s:
-        words = f"must be at most half of {noun}, {0.5 * hover_s:.6g} s"
+        words = f"must be at most half of {noun}, {figure(0.5 * hover_s)} s"
         words += "; a larger share lets more drones hover at once" * noun.endswith("cycle")
         raise InputError([Fault("overlap_s", shown(overlap_s), words)])
 
 
 def covering(share: float, overlap_s: float) -> str:
     """Words for what a fleet covers: a part of the time, or several devices."""
-    overlap = f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    overlap = f", {figure(overlap_s)} s of overlap" * (overlap_s > 0.0)
     if share <= 1.0:
         return f"for {percent(share)} of the time{overlap}"
     noun = "devices" if share % 1.0 == 0.0 else "drones that hover on average"
-    return f"for {share:.6g} {noun}{overlap}"
+    return f"for {figure(share)} {noun}{overlap}"
 
 
 def upwards(count: float) -> int:
@@ -289,8 +289,8 @@ class PadPower(NamedTuple):
     in_calm_air: str | None = None
 
     def __str__(self) -> str:
-        words = f"{self.power_W:.4g} W on {printable(self.building)}, "
-        words += f"{self.current_A:.4g} A, {self.c_rate:.3g} C"
+        words = f"{watts(self.power_W)} on {printable(self.building)}, "
+        words += f"{amperes(self.current_A)}, {figure(self.c_rate, 3)} C"
         words += "" if self.accepted else ": more than battery.charge_current_A allows"
         if self.in_calm_air is not None:
             words += f"; this holds while the wind blows; in calm air: {self.in_calm_air}"
@@ -350,7 +350,7 @@ def pad_power(
 def turns_table(heads: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
     """A table of drones and times [s], as many rows as fit a page."""
     cells = [
-        [str(number), *(f"{time_s:.2f}" for time_s in times_s)]
+        [str(number), *(fixed(time_s) for time_s in times_s)]
         for number, *times_s in (row.values() for row in rows[:MOST_SHOWN])
     ]
     more = len(rows) - MOST_SHOWN

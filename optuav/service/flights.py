@@ -33,7 +33,7 @@ from optuav.plan.export import (
     flight_files,
     with_heights_told,
 )
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, percent, seconds
 from optuav.service.event_roster import AT_ONE_POINT, EventRoster, later, visits_of
 from optuav.studies.results import as_csv
 
@@ -41,8 +41,9 @@ ROUTE_ENDS = ("origin", "destination")
 PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
 """Place on the roof, by how a battery is charged; every drone has a beam or a pad for itself."""
 AUDITS = (
-    "For an event, limits.deadline_s does not count, and the light goes off where a battery is "
-    'full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper".'
+    "For an event, limits.deadline_s does not count, and charging tapers where the available well "
+    'is full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper". The '
+    "audit of a .plan begins with the charge at its take-off; state it by [start] for .waypoints."
 )
 ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
@@ -106,13 +107,13 @@ def save_flights(
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
-    told = [*_lost(event, begin, height_m), *_told(event)]
-    said_by_all = *told, AUDITS
+    sentences = [*_lost(event, begin, height_m), *_told(event)]
+    said_by_all = *sentences, AUDITS
     files, flights = dict[Path, bytes](), list[PilotFlight]()
     cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
         course, visits, warnings = _of_drone(event, drone, begin, height_m)
-        told += warnings
+        sentences += warnings
         course = course._replace(notes=(*course.notes, verdict, *warnings, *said_by_all))
         flights += visits
         flown = [visit for visit in visits if not visit.fails]
@@ -129,7 +130,9 @@ def save_flights(
             for suffix in MISSIONS:
                 file = folder / f"{visit.name}{suffix}"
                 said = (title, _in_words(visit), taken_off_with(visit.charge), *notes)
-                files |= flight_files(visit.flight, file, height_m, course.altitude_m, said)
+                files |= flight_files(
+                    visit.flight, file, height_m, course.altitude_m, said, visit.charge.start
+                )
     flights.sort(key=lambda flight: flight.clock.take_off)
     rows = [_row(event, flight) for flight in flights]
     files[folder / "roster.csv"] = as_csv(rows).encode()
@@ -144,7 +147,7 @@ def save_flights(
     write_files(files)
     from optuav.plots import save_figures
 
-    return PilotFiles((*files, *save_figures(pictures, folder)), (*told, *cost))
+    return PilotFiles((*files, *save_figures(pictures, folder)), (*sentences, *cost))
 
 
 def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
@@ -166,8 +169,8 @@ def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
     counted_s, flown_s = (vertical_times_s(event.mission, high)[0] for high in (CLIMB_M, climb_m))
     if flown_s > counted_s:
         yield (
-            f"WARNING: the roster counts on climbs of {CLIMB_M:g} m: with {climb_m:g} m, a drone "
-            f"that is sent for the failed one is {flown_s - counted_s:.1f} s late."
+            f"WARNING: the roster counts on climbs of {figure(CLIMB_M)} m: with {figure(climb_m)} "
+            f"m, a drone that is sent for the failed one is {seconds(flown_s - counted_s, 1)} late."
         )
 
 

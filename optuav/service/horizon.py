@@ -16,7 +16,7 @@ from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.terrain import Terrain
 from optuav.service.calm_air import calm_facts
@@ -75,16 +75,16 @@ class Horizon(Result):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the hover in all, and the stops."""
-        yield Heading(f"One drone for {self.hours:g} h: {printable(self.mission.name)}")
+        yield Heading(f"One drone for {figure(self.hours)} h: {printable(self.mission.name)}")
         share = f"{percent(self.share)} of the time"
-        hover = f"{self.hover_s:.2f} s of at most {self.bound_s:.2f} s, {share}"
+        hover = f"{seconds(self.hover_s)} of at most {seconds(self.bound_s)}, {share}"
         yield Facts([("Hover", hover), *calm_facts(self.in_calm_air)])
-        rows = [[row["place"], row["kind"], f"{row['duration_s']:.2f}"] for row in self.rows]
+        rows = [[row["place"], row["kind"], fixed(row["duration_s"])] for row in self.rows]
         yield Table(["place", "stop", "for [s]"], rows, words=2)
 
     def pictures(self) -> Pictures:
         """Yield both wells over the day."""
-        title = f"one drone for {self.hours:g} h"
+        title = f"one drone for {figure(self.hours)} h"
         yield "horizon.png", draw_wells(self, title, [(replay(self.itinerary), 0.0)])
 
 
@@ -104,7 +104,9 @@ def horizon_of(cycle: EndlessCycle, hours: float) -> Horizon:
     most = 1 + int(3600.0 * hours / visit_s)
     plan = greedy(replace(day, least_on_landing_As=day.least_charge_As), most, most + 1)
     if plan is None:
-        words = f"{hours:g} h leave no time to hover and land with limits.min_soc of the charge"
+        words = (
+            f"{figure(hours)} h leave no time to hover and land with limits.min_soc of the charge"
+        )
         raise NoPlanError(words)
     stops = zip(plan.places[1:-1].tolist(), plan.stays_s.tolist(), strict=True)
     rows = tuple(

@@ -20,7 +20,7 @@ from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, step, tilted_after
 from optuav.physics.roots import bisect_largest
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import fixed
+from optuav.presentation.numbers import amperes, fixed, seconds
 from optuav.service.calm_air import calm_facts, in_calm_air, with_words
 from optuav.service.flyable import flyable_network, schedule_faults
 from optuav.studies.results import Pictures, Result
@@ -104,10 +104,10 @@ class ReturnTimes(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the wells on arrival, the moments by place, and the rule."""
         yield Heading(f"When to leave the hover point: {printable(self.mission.name)}")
-        drawn = f"draws {self.hover_current_A:.4g} A from the battery"
-        drawn += f"; the laser gives {self.received_current_A:.4g} A"
-        wells = f"{self.available_As:z.1f} A s in the available well (y1), "
-        wells += f"{self.bound_As:z.1f} A s in the bound one (y2)"
+        drawn = f"draws {amperes(self.hover_current_A)} from the battery"
+        drawn += f"; the laser gives {amperes(self.received_current_A)}"
+        wells = f"{fixed(self.available_As, 1)} A s in the available well (y1), "
+        wells += f"{fixed(self.bound_As, 1)} A s in the bound one (y2)"
         facts = [("On arrival", wells), ("Hovering", drawn)]
         yield Facts([*facts, *calm_facts(self.in_calm_air)])
         first, *others = self.rows
@@ -124,7 +124,7 @@ class ReturnTimes(Result):
         ]
         for row in shown:
             if row["earliest_s"]:
-                early = f"not before {row['earliest_s']:.3f} s: the available well would run dry"
+                early = f"not before {seconds(row['earliest_s'])}: the available well would run dry"
                 rule.append(f"{printable(row['place'])}: {early} on the way; no monitor says that")
         yield Note(rule)
 
@@ -167,25 +167,25 @@ def _cells(row: ReturnTime) -> list[str]:
     """A row as it is shown."""
     return [
         printable(row["place"]),
-        f"{row['flight_s']:.2f}",
-        *(fixed(moment_s, 3, otherwise="too late") for moment_s in (row["dry_s"], row["soc_s"])),
+        fixed(row["flight_s"]),
+        *(fixed(moment_s, otherwise="too late") for moment_s in (row["dry_s"], row["soc_s"])),
         *(fixed(weight, 6, otherwise="–") for weight in (row["a"], row["b"])),
-        fixed(row["g_As"], 2, otherwise="–"),
+        fixed(row["g_As"], otherwise="–"),
     ]
 
 
 def return_by(mission: Mission | str | Path) -> ReturnTimes:
     """Find the last moment to leave the hover point, for the destination and every building.
 
-    A place is in time while the available well stays above 0 on the whole way to it and
+    The drone leaves in time for a place if the available well stays above 0 on the whole flight and
     ``limits.min_soc`` of the charge is left at the landing; the deadline does not count. Moments
     count from the arrival at the hover point, with the charge that ``start`` and the leg from the
     origin leave. To ask again during the flight, set ``start`` and ``route.origin_m``.
 
     The well at the end of a stage of the leg is α + βt + γ·exp(−k't) after a hover of t ([1]_ eqs
-    (15)-(16)). It turns once at most, and its zeros are bracketed. Far from level wells may have to
-    level out first: on the way to a place the available well may run dry if the drone leaves at
-    once, but not later.
+    (15)-(16)). It turns once at most, and its zeros are bracketed. Wells at very different levels
+    may have to level out first: the available well may run dry on the way if the drone leaves at
+    once, but not if it leaves later.
 
     Parameters
     ----------
@@ -196,15 +196,15 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     -------
     ReturnTimes
         One row per place that can be reached: ``flight_s``; ``dry_s`` and ``soc_s``, the last
-        moments by the available well and by the charge, and ``latest_s``, the smaller [s] (None
-        if it is too late at once, inf if hovering draws nothing); ``earliest_s``, the first moment,
-        0 as a rule; ``binds``, the limit behind the last one; and the monitor ``a``, ``b`` [-],
+        moments by the available well and by the charge, and ``latest_s``, the smaller [s] (None if
+        it is too late at once, inf if hovering draws nothing); ``earliest_s``, the first moment, 0
+        as a rule; ``binds``, the limit behind the last one; and the monitor ``a``, ``b`` [-],
         ``g_As`` [A s]: leave as soon as a·y1 + b·y2 < g. They are None where leaving at once would
         run dry. Of all: ``latest_s`` and ``place`` of the place that leaves most time,
         ``available_As`` and ``bound_As`` on arrival [A s], and ``hover_current_A`` [A] beyond
         ``received_current_A``, which the laser gives; remove ``laser`` where nothing charges the
-        hover. ``calm_latest_s`` and ``in_calm_air`` are not None if hovering counts on the wind:
-        the same last moment in calm air, and in words.
+        hover. If hovering depends on the wind, ``calm_latest_s`` and ``in_calm_air`` hold the same
+        last moment in calm air, as a number and in words; otherwise they are None.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
        IEEE Internet of Things Journal, 2021.
     """
-    loaded = load_one_device(mission, "when to turn back")
+    loaded = load_one_device(mission, "the time to turn back")
     refuse(schedule_faults(loaded))
     network, battery = flyable_network(loaded), loaded.pool
     arriving, landing = _ways(network.legs)
@@ -241,7 +241,7 @@ def return_by(mission: Mission | str | Path) -> ReturnTimes:
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
     calm = in_calm_air(loaded, lambda mission: return_by(mission).latest_s or TOO_LATE)
-    calm_latest_s, words = with_words(calm, "{:.3f} s at most".format)
+    calm_latest_s, words = with_words(calm, lambda latest_s: f"{seconds(latest_s)} at most")
     return ReturnTimes(
         mission=loaded,
         rows=tuple(rows),
@@ -384,7 +384,7 @@ def _first_stretch(
 def _last_that_holds(spare_As: Callable[[float], float], from_s: float, to_s: float) -> float:
     """Return the last moment on the way to another one at which a number is not below 0."""
     towards = math.copysign(1.0, to_s - from_s)
-    found = bisect_largest(
+    largest = bisect_largest(
         lambda passed_s: spare_As(from_s + towards * passed_s) >= 0.0, abs(to_s - from_s)
     )
-    return from_s + towards * (found[0] if found else 0.0)
+    return from_s + towards * (largest[0] if largest else 0.0)

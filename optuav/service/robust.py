@@ -23,9 +23,9 @@ from optuav.network.variants import Variants, as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
-from optuav.presentation.numbers import figure, fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
-from optuav.service.calm_air import calm_facts, in_calm_air, with_words
+from optuav.service.calm_air import calm_facts, hover_words, in_calm_air, with_words
 from optuav.service.flyable import flyable_network
 from optuav.service.robust_search import KEPT, RobustTimes, Search
 from optuav.solving import solve
@@ -116,7 +116,7 @@ class RobustPlan(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the plan, where it holds, and the gain of every number."""
         yield Heading(f"Robust plan: {printable(self.mission.name)}")
-        nominal = f"{self.nominal_hover_s:.3f} s with certain numbers"
+        nominal = f"{seconds(self.nominal_hover_s)} with certain numbers"
         part = (
             ""
             if self.chance is None
@@ -125,12 +125,12 @@ class RobustPlan(Result):
         held = f"{percent(self.flyable)} of {self.samples} samples of the box"
         facts = [
             ("Route", " → ".join(map(printable, self.route))),
-            ("Hover", f"{self.hover_s:.3f} s, rest {self.rest_s:.3f} s"),
-            ("Price", f"{self.price_s:.3f} s of hover: {nominal}"),
+            ("Hover", f"{seconds(self.hover_s)}, rest {seconds(self.rest_s)}"),
+            ("Price", f"{seconds(self.price_s)} of hover: {nominal}"),
             ("Holds", f"at {2 * self.corners} corners{part}, and in {held}"),
         ]
         if self.chance is None and self.flyable < 1.0:
-            facts.append(("Beware", "not in the whole box: state smaller ranges, or a chance"))
+            facts.append(("Beware", "not in the whole box: set smaller ranges, or a chance"))
         facts += [("Beware", words) for words in self.outside]
         if not self.plan.flyable:
             words = "the plan cannot be flown with the mission's own numbers"
@@ -138,11 +138,12 @@ class RobustPlan(Result):
         facts += [*calm_facts(self.in_calm_air)]
         if self.in_calm_air is not None:
             keys = " and ".join(_blowing(self.mission))
-            facts.append(("", f"for a plan that holds in both, state a range of {keys} with 0"))
+            words = f"for a plan that holds in both, set a range of {keys} that contains 0"
+            facts.append(("", words))
         sure = f"with a confidence of {percent(self.confidence)}"
         yield Facts([*facts, ("Risk", f"at most {percent(self.risk_bound)} of the box, {sure}")])
         rows = [
-            [row["number"], figure(row["low"]), figure(row["high"]), fixed(row["gain_s"], 3)]
+            [row["number"], figure(row["low"]), figure(row["high"]), fixed(row["gain_s"])]
             for row in self.rows
         ]
         heads = ["if this were certain", "low", "high", "hover gained [s]"]
@@ -168,14 +169,14 @@ def robust(
 ) -> RobustPlan:
     """Find the plan with the longest hover that can be flown with any numbers in a box.
 
-    y1(t) − ωB is the integral of the current over a positive kernel. For fixed times a plan is
-    therefore worst for dry wells and for charge with the most drawn and the least charged, and
-    worst for overfull ones with the least drawn and the most charged. Limits are declared for these
-    two at every corner of the keys, and also for the least wind and for five values each of ω and
-    k_F, in which the wells are not monotone; route, hover point and times are the same for all. The
-    worst value of other keys, such as positions, may lie between: points within the box at which
-    the plan fails are declared too, until none is found. For factors this is a proof; for keys it
-    rests on samples, and fresh ones check the answer.
+    y1(t) − ωB is the integral of the current over a positive kernel. For fixed times, the charge is
+    therefore lowest with the most drain and the least charging, and highest with the least drain
+    and the most charging. `robust` declares the limits for these two cases at every corner of the
+    keys, and also for the least wind and for five values each of ω and k_F, in which the wells are
+    not monotone; route, hover point and times are the same for all. The worst value of other keys,
+    such as positions, may lie between: `robust` also declares the limits at points within the box
+    at which the plan fails, until it finds none. For factors this is a proof; for keys it rests on
+    samples, and fresh samples check the answer.
 
     Parameters
     ----------
@@ -184,30 +185,30 @@ def robust(
     uncertainty
         Ranges of keys as `sensitivity` takes them, as a dict or a TOML file; and of two factors,
         ``drain`` on every current that is drawn and ``charge`` on the charging current after its
-        cap, each as ``{ percent = 5 }`` or ``{ low = 0.9, high = 1.2 }``. A ``deviation`` has as
-        its box two deviations to either side, which samples do not leave.
+        cap, each as ``{ percent = 5 }`` or ``{ low = 0.9, high = 1.2 }``. The box of a
+        ``deviation`` is two deviations to either side; samples stay inside it.
     problem
         ``"P1"``, ``"P3"``, or an instance of `P1`, `P3` or `P4` with one rest and hover.
     perspective
         How to count charge, as for `optuav.solve`: ``"available"`` or ``"battery"``.
     chance
-        The share of the box in which the plan must hold, between 0 and 1; by default the whole
-        box. The plan is then declared for the smallest part of the box, about the mission's own
-        numbers (the middle of a range that does not hold its number), with which so few samples
-        fail that the chance is met with the confidence (an order statistic, as the plans of larger
-        parts hold in more of the box).
+        The share of the box in which the plan must hold, between 0 and 1; by default the whole box.
+        `robust` then solves for the smallest part of the box, around the mission's own numbers (or
+        the middle of a range that does not contain its number), for which so few samples fail that
+        the chance holds with the confidence (an order statistic, because the plan for a larger part
+        holds in more of the box).
     confidence
         Confidence of the chance and of the bound on the risk, between 0 and 1.
     samples, seed
-        How many samples of the box check the plan, 1 to 1e6, and their seed, 0 to 2**63. As many
-        others find the part of the box for a chance.
+        Number of samples of the box that check the plan, 1 to 1e6, and their seed, 0 to 2**63. With
+        a chance, as many other samples find the part of the box.
 
     Returns
     -------
     RobustPlan
         Its times, its price, the share of samples that it survives, ``plan``, and one row per
-        number: the hover gained on the same route [s] if that number were certain. Where the box
-        does not hold the numbers of the mission itself, ``plan.flyable`` may be false.
+        number: the hover gained on the same route [s] if that number were certain. If the box does
+        not contain the mission's own numbers, ``plan.flyable`` may be false.
 
     Raises
     ------
@@ -264,7 +265,7 @@ def robust(
         options |= {"confidence": confidence, "samples": samples, "seed": seed}
         calm = in_calm_air(loaded, lambda calm: robust(calm, uncertainty, problem, **options))
         hover_s = calm.hover_s if isinstance(calm, RobustPlan) else calm
-        calm_hover_s, in_words = with_words(hover_s, "{:.2f} s of hover".format)
+        calm_hover_s, in_words = with_words(hover_s, hover_words)
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=not box.outside)
@@ -311,7 +312,7 @@ def _option_faults(
         fault = Fault("samples", shown(samples), words)
         if not SAMPLES.accepts(math.ceil(least)):
             most = math.exp(math.log1p(-confidence) / MOST_SAMPLES)
-            words = f"at most {math.floor(1e7 * most) / 1e7:.7f} at {sure}, for which"
+            words = f"at most {fixed(math.floor(1e7 * most) / 1e7, 7)} at {sure}, for which"
             words += f" {MOST_SAMPLES} samples are enough"
             fault = Fault("chance", shown(chance), words)
         yield fault
@@ -333,7 +334,7 @@ def _question(
     several = question.several or question.speed_free or question.p1.hover_point != "w_U"
     if question.problem.name not in PROBLEMS_TAKEN or several:
         names = ", ".join(PROBLEMS_TAKEN)
-        words = f"must be {names} with one rest, one hover, w_U and stated speeds"
+        words = f"must be {names} with one rest, one hover, w_U and speeds from the mission"
         raise InputError([Fault("problem", question.problem.name, words)])
     return question
 
@@ -344,7 +345,7 @@ def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
     repair = "state smaller ranges"
     table = route_quantities(Variants(network, corners_of(network.mission, box).columns))
     if np.any(table.hover_distance_m > table.coverage_radius_m * (1.0 + KEPT)):
-        repair = "the link does not reach the hover point at some corners: state route.hover_m "
+        repair = "the link does not reach the hover point at some corners: set route.hover_m "
         repair += "nearer to link.device_m"
     words = (f"optuav found no plan that holds {where}: {repair}", *box.outside)
     return NoPlanError("; ".join(words))

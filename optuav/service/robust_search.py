@@ -27,11 +27,11 @@ from optuav.solving.ranking import best
 from optuav.solving.route_models import routes_by_kind
 from optuav.status import SAME_S
 
-HALVINGS = 10  # Halvings of the share of the box that a chance needs
+SHARE_HALVINGS = 10  # Halvings of the share of the box that a chance needs
 KEPT = 1e-9  # Share of the capacity, or of the deadline, that rounding may take
 SOUGHT = 20_000  # Points of a box among which a worse one than the corners is sought
 NEAR, ZOOMS = 100, 20  # Points about the worst one, in ever smaller parts of the box
-ROUNDS = 12  # Times that points inside the box are added to the corners
+MOST_ADDITIONS = 12  # Times that points inside the box are added to the corners
 
 
 class RobustTimes(NamedTuple):
@@ -90,7 +90,7 @@ class Search:
         and again.
         """
         points = corners = corners_of(self.network.mission, box)
-        for _ in range(ROUNDS):
+        for _ in range(MOST_ADDITIONS):
             plan, bounds_s = self._longest(routes, points, corners)
             worst = None if plan is None or not box.spreads else self._worst(plan, box)
             if worst is None:
@@ -104,7 +104,7 @@ class Search:
         """The smallest share of the reach whose plan fails few enough trials, and the plan."""
         chosen: tuple[float, RobustTimes | None] = (1.0, None)
         low, high, share, bounds_s = 0.0, 1.0, 1.0, dict.fromkeys(routes.tolist(), np.inf)
-        for _ in range(HALVINGS + 1):
+        for _ in range(SHARE_HALVINGS + 1):
             plan, found_s = self.holding(np.array([*bounds_s]), box.shrunk(share))
             if plan is None or np.count_nonzero(~self.holds_at(plan, trials)) <= most_failures:
                 high, chosen = share, chosen if plan is None else (share, plan)

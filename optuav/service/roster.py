@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from optuav.arrays import Floats, Integers
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.physics.kibam import Battery, Stage, Wells, step, tapered
 from optuav.service.fleet import upwards
 from optuav.service.visit import Visit
@@ -190,7 +190,7 @@ def hovers_in_turns(ring: DroneRing, longest_s: Floats) -> Floats | None:
     if most_s <= ring.overlap_s:
         return None
     fewest = math.ceil((ring.until_s - ring.overlap_s) / (most_s - ring.overlap_s) - 1e-9)
-    scarce, small = ring, TOLERANCE * float(ring.cheapest.battery.capacity_As)
+    scarce, small = ring, JUDGE_TOLERANCE * float(ring.cheapest.battery.capacity_As)
     if ring.swap_s is not None:  # Time on the ground is scarce, not charge: 1 A s for 1 s
         away = (Stage(0.0, ring.cheapest.flight_s + ring.swap_s),)
         whole_As = float(ring.cheapest.battery.capacity_As)

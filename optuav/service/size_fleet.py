@@ -12,16 +12,18 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.fleets import busiest
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
 from optuav.mission.load import load_one_device
 from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
+from optuav.presentation.numbers import figure
 from optuav.service.calm_air import calm_facts, in_calm_air
-from optuav.service.cycle import DURATION, Coverage, coverage
+from optuav.service.cycle import DURATION, Coverage, coverage, step_of
 from optuav.service.event import HOURS
+from optuav.service.event_roster import step_in_words
 from optuav.service.fleet import SHARE, covering, faults_of_fleet, upwards
 from optuav.studies.results import Pictures, Result
 
@@ -81,9 +83,9 @@ class FleetSizes(Result):
 
     Parameters
     ----------
-    share, overlap_s, swap_s, hours
+    share, overlap_s, swap_s, hours, separation_m
         As asked: mean number of drones that hover, overlap of hovers and an exchange of packs [s],
-        and the length of an event [h], or None.
+        and of an event its length [h] and the step to the next hover point (x, y, z) [m], or None.
     prices
         As asked, by name, or None.
     in_calm_air
@@ -105,6 +107,7 @@ class FleetSizes(Result):
     swap_s: float
     prices: Mapping[str, float] | None
     hours: float | None
+    separation_m: tuple[float, ...] | None
     in_calm_air: str | None
     cycles: Mapping[str, Coverage | str] = field(repr=False)
     """The cycle of each technology, or why there is none."""
@@ -113,8 +116,10 @@ class FleetSizes(Result):
         """Yield the counts by technology, and why some have none."""
         words = covering(self.share, self.overlap_s)
         if self.hours is not None:
-            overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
-            words = f"for an event of {self.hours:g} h{overlap}"
+            overlap = f", {figure(self.overlap_s)} s of overlap" * (self.overlap_s > 0.0)
+            words = f"for an event of {figure(self.hours)} h{overlap}"
+            if self.separation_m:
+                words += f", next drone {step_in_words(self.separation_m)}"
         yield Heading(f"Fleets {words}: {printable(self.mission.name)}")
         if calm := [*calm_facts(self.in_calm_air)]:
             yield Facts(calm)
@@ -123,7 +128,7 @@ class FleetSizes(Result):
             counts = row["drones"], row["beams"], row["pads"], row["bays"], row["chargers"]
             figures: list[float | None] = [*counts, row["battery_sets"]]
             figures += [row["cost"]] if self.prices is not None else []
-            rows.append([row["technology"], *("–" if n is None else f"{n:.8g}" for n in figures)])
+            rows.append([row["technology"], *("–" if n is None else figure(n, 8) for n in figures)])
         names = [*COUNTS, *(["cost"] if self.prices is not None else [])]
         heads = ["technology", *(name.replace("_", " ") for name in names)]
         yield Table(heads, rows, below=[WORDS])
@@ -142,7 +147,9 @@ class FleetSizes(Result):
         unit = "drones" if self.prices is None else "cost [currency of the prices]"
         if self.hours is not None:
             values: list[tuple[str, Any]] = [(row["technology"], row[what]) for row in self.rows]
-            title = titled(self.mission.name, f"{what} of fleets for an event of {self.hours:g} h")
+            title = titled(
+                self.mission.name, f"{what} of fleets for an event of {figure(self.hours)} h"
+            )
             shown = [Bar(name.replace(", ", ",\n"), "", value) for name, value in values]
             yield "sizes.png", bars(shown, title=title, y_label=unit)
             return
@@ -154,7 +161,7 @@ class FleetSizes(Result):
 
         shares = np.linspace(0.0, max(self.share, 1.0), SHARES + 1)[1:].tolist()
         lines = list[Line]()
-        overlap = f", {self.overlap_s:g} s of overlap" * (self.overlap_s > 0.0)
+        overlap = f", {figure(self.overlap_s)} s of overlap" * (self.overlap_s > 0.0)
         for name, cycle in self.cycles.items():
             rows = {part: _row(name, cycle, part, self.overlap_s, self.prices) for part in shares}
             known: dict[float, Any] = {x: row[what] for x, row in rows.items()}
@@ -180,10 +187,11 @@ def size_fleet(
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
     hours: float | None = None,
+    separation_m: float | Sequence[float] | None = None,
 ) -> FleetSizes:
     """Count the drones and equipment that cover a share of the time, for each way to charge.
 
-    With `hours`, find those of an event without a gap that begins with full batteries.
+    With `hours`, count those that an event without a gap needs if it begins with full batteries.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
     dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
@@ -196,7 +204,7 @@ def size_fleet(
     prices
         A price for each of ``drone`` (without packs), ``laser`` (a beam), ``pad``, ``charger``,
         ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12, not all
-        0; or the path of a TOML file with these keys. None: counts alone.
+        0; or the path of a TOML file with these keys; None for only the counts.
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
@@ -207,13 +215,16 @@ def size_fleet(
         Duration of an event [h], > 0 and up to 240, see `Coverage.event`: then every drone has its
         own beam or pad, and `share` must be 1. An exchange needs a battery set for every hover, or
         fewer sets and some chargers if that costs less.
+    separation_m
+        For `hours`: distance between the hover points of drones that take turns [m], see
+        `Coverage.event`.
 
     Returns
     -------
     FleetSizes
         One row per technology with its counts, its cost and the ``share`` of its ring, which may
-        start faster than asked for to need fewer places; ``why`` says why there is none. `plot`
-        draws cost, or drones, over the share, or for an event by technology.
+        exceed the requested share if that needs fewer places; ``why`` says why a technology has no
+        fleet. `plot` draws cost, or drones, against the share, or for an event by technology.
 
     Raises
     ------
@@ -233,39 +244,55 @@ def size_fleet(
         faults += misfits(("hours", hours, HOURS))
         if share != 1.0:
             faults.append(Fault("share", shown(share), "must be left out for an event"))
-    stated: Mapping[str, float] | None = None
+    step_m: tuple[float, ...] | None = None
+    if separation_m is not None:
+        if hours is None:
+            faults.append(
+                Fault("separation_m", shown(separation_m), "is for an event: set hours too")
+            )
+        with collected(faults):
+            step_m = step_of(separation_m)
+    tariff: Mapping[str, float] | None = None
     with collected(faults):
-        stated = None if prices is None else _prices(prices)
+        tariff = None if prices is None else _prices(prices)
     with collected(faults):
         loaded = load_one_device(mission, "the size of a fleet")
     refuse(faults)
     cycles = dict(_cycles(loaded, swap_s))
-    rows = [_row(name, cycle, share, overlap_s, stated, hours) for name, cycle in cycles.items()]
+    rows = [
+        _row(name, cycle, share, overlap_s, tariff, hours, step_m) for name, cycle in cycles.items()
+    ]
     if all(row["why"] for row in rows):
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
-    if stated is not None:
-        rows.append(_sized("tether", None, cost=_tethers(share, stated["tether"])))
+    if tariff is not None:
+        rows.append(_sized("tether", None, cost=_tethers(share, tariff["tether"])))
     return FleetSizes(
         mission=loaded,
         rows=tuple(rows),
         share=share,
         overlap_s=overlap_s,
         swap_s=swap_s,
-        prices=stated,
+        prices=tariff,
         hours=hours,
+        separation_m=step_m,
         in_calm_air=in_calm_air(
-            loaded, lambda calm: _drones(calm, share, overlap_s, swap_s, hours)
+            loaded, lambda calm: _drones(calm, share, overlap_s, swap_s, hours, step_m)
         ),
         cycles=cycles,
     )
 
 
 def _drones(
-    mission: Mission, share: float, overlap_s: float, swap_s: float, hours: float | None
+    mission: Mission,
+    share: float,
+    overlap_s: float,
+    swap_s: float,
+    hours: float | None,
+    step_m: tuple[float, ...] | None,
 ) -> str:
     """The drones of each technology, in words."""
-    rows = size_fleet(mission, None, share, overlap_s, swap_s, hours).rows
+    rows = size_fleet(mission, None, share, overlap_s, swap_s, hours, step_m).rows
     return ", ".join(f"{row['drones'] or 'no'} drones ({row['technology']})" for row in rows)
 
 
@@ -288,17 +315,17 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, float]:
     words = "prices by name, or the path of a TOML file with them"
     of_kind("prices", prices, Mapping | str | Path, words)
     source = "" if isinstance(prices, Mapping) else label(path_of(prices))
-    stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
-    faults = [unknown("prices", name, PRICED) for name in stated if name not in PRICED]
-    known, missing = ([n for n in PRICED if (n in stated) is there] for there in (True, False))
-    faults += misfits(*((f"prices.{name}", stated[name], PRICE) for name in known))
+    tariff = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
+    faults = [unknown("prices", name, PRICED) for name in tariff if name not in PRICED]
+    present, missing = ([n for n in PRICED if (n in tariff) is there] for there in (True, False))
+    faults += misfits(*((f"prices.{name}", tariff[name], PRICE) for name in present))
     if missing:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(replace(fault, source=source) for fault in faults)
-    if not any(stated.values()):
+    if not any(tariff.values()):
         words = f"at least one above 0, each {PRICE.words}; leave prices out to see only the counts"
         raise InputError([Fault("prices", "all 0", words, source)])
-    return stated
+    return tariff
 
 
 def _row(
@@ -308,25 +335,26 @@ def _row(
     overlap_s: float,
     prices: Mapping[str, float] | None,
     hours: float | None = None,
+    step_m: tuple[float, ...] | None = None,
 ) -> TechnologySize:
     """The counts of a technology and its cost, or why there are none."""
     if isinstance(cycle, str):
         return _sized(technology, None, why=cycle)
     try:
         if hours is not None:
-            rings = _rings_of_event(cycle, hours, overlap_s)
+            rings = _rings_of_event(cycle, hours, overlap_s, step_m)
             best = min(rings, key=lambda ring: 0.0 if prices is None else ring.cost(prices))
             return _sized(technology, best, cost=None if prices is None else best.cost(prices))
-        asked = _ring(cycle, share, overlap_s)
+        shared = _ring(cycle, share, overlap_s)
     except (InputError, NoPlanError) as error:
         return _sized(technology, None, why=str(error))
     # As many drones may start faster: without waiting, or as often as one beam more allows.
     counted_s = cycle.hover_s - overlap_s
-    fastest = max(share, asked.drones * counted_s / cycle.period_s)
+    fastest = max(share, shared.drones * counted_s / cycle.period_s)
     part = counted_s / cycle.hover_s  # Of the hovers, which counts
     shares = {min(fastest, upwards(share / part) * part), fastest} - {share}
     rings = [_ring(cycle, faster, overlap_s) for faster in shares if SHARE.accepts(faster)]
-    best = min([asked, *rings])
+    best = min([shared, *rings])
     return _sized(technology, best, cost=None if prices is None else best.cost(prices))
 
 
@@ -349,9 +377,11 @@ def _ring(cycle: Coverage, share: float, overlap_s: float) -> Ring:
     )
 
 
-def _rings_of_event(cycle: Coverage, hours: float, overlap_s: float) -> list[Ring]:
+def _rings_of_event(
+    cycle: Coverage, hours: float, overlap_s: float, step_m: tuple[float, ...] | None
+) -> list[Ring]:
     """Return what an event consists of, with any number of chargers for exchanged packs."""
-    event = cycle.event(hours, overlap_s=overlap_s)
+    event = cycle.event(hours, overlap_s=overlap_s, separation_m=step_m)
     swap_s, drones = event.ring.swap_s, event.drones
     if swap_s is None:
         lit = drones if cycle.charged_by == "laser" else 0
@@ -364,7 +394,7 @@ def _rings_of_event(cycle: Coverage, hours: float, overlap_s: float) -> list[Rin
             drawn_As = -sum(phase.charge_As for phase in course.plan.phases)
             landings.append((course.offset_s + course.plan.phases[-1].end_s, drawn_As))
     stays = [(landed_s, landed_s + swap_s) for landed_s, _ in landings]
-    bays, _ = busiest(stays, TOLERANCE * 3600.0 * hours)
+    bays, _ = busiest(stays, JUDGE_TOLERANCE * 3600.0 * hours)
     charge_A = cycle.mission.battery.charge_current_A
     return [
         Ring(drones, 0, 0, bays, count, drones + _further_sets(landings, count, charge_A), 1.0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, printable, refuse, require
-from optuav.fields import Range
+from optuav.fields import COORDINATE, Range
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import label, parse_json, read_text, refusal
@@ -20,9 +20,8 @@ from optuav.mission.messages import misfits, path_of, shown
 from optuav.network.map_extent import scene
 
 GRID = "grid"
-STEPS = 10.0  # Of a grid along its longer side, where no step is stated
+GRID_STEPS = 10.0  # Steps of a grid along its longer side, if no step is set
 STEP = Range("m", gt=0.0, le=1e6)
-HEIGHT = Range("m", ge=-1e6, le=1e6)
 MOST_CANDIDATES = 10_000  # Candidates of a grid
 LARGEST = 32_000_000  # Bytes of a file
 ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
@@ -81,12 +80,10 @@ def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) ->
     """Points at one distance over all places of the missions."""
     corners_m = np.array([scene(mission).corners_m for mission in missions])
     low_m, high_m = corners_m[:, 0].min(axis=0), corners_m[:, 1].max(axis=0)
-    step = float((high_m - low_m).max()) / STEPS if step_m is None else step_m
+    step = float((high_m - low_m).max()) / GRID_STEPS if step_m is None else step_m
     columns, rows = (np.floor((high_m - low_m) / step + 1e-9).astype(int) + 1).tolist()
     if columns * rows > MOST_CANDIDATES:
-        words = (
-            f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: state a larger step"
-        )
+        words = f"makes {columns} × {rows} candidates, at most {MOST_CANDIDATES}: set a larger step"
         raise InputError([Fault("step_m", shown(step_m), words)])
     x_m, y_m = (low + step * np.arange(n) for low, n in zip(low_m, (columns, rows), strict=True))
     points = np.meshgrid(x_m, y_m)
@@ -125,6 +122,12 @@ def _on_plane(
         [point.longitude_deg for point in points], [point.latitude_deg for point in points]
     )
     z_m = [height_m if point.z_m is None else point.z_m for point in points]
+    words = f"a place whose x and y around the mission are each {COORDINATE.words}"
+    refuse(
+        Fault(f"candidates[{number}]", shown([point.longitude_deg, point.latitude_deg]), words)
+        for number, (point, *at_m) in enumerate(zip(points, x_m, y_m, strict=True))
+        if not all(map(COORDINATE.accepts, at_m))
+    )
     return Candidates(np.column_stack([x_m, y_m, z_m]), tuple(point.name for point in points))
 
 
@@ -138,9 +141,9 @@ def _points(document: Any, source: str) -> list[CandidatePoint]:
             [Fault("", "", f"needs a FeatureCollection, each feature with {POINTS}", source)]
         )
     faults, points = list[Fault](), list[CandidatePoint]()
-    stated = str(document.get("crs") or "CRS84")
-    if "CRS84" not in stated and "4326" not in stated:
-        faults.append(Fault("crs", stated, "longitudes and latitudes in WGS 84", source))
+    system = str(document.get("crs") or "CRS84")
+    if "CRS84" not in system and "4326" not in system:
+        faults.append(Fault("crs", system, "longitudes and latitudes in WGS 84", source))
     for number, feature in enumerate(features):
         table = feature if isinstance(feature, dict) else {}
         shape: Any = table.get("geometry")
@@ -149,16 +152,16 @@ def _points(document: Any, source: str) -> list[CandidatePoint]:
         whole = isinstance(at, list) and len(at) in (2, 3) and shape.get("type") == "Point"
         wrong = not (whole and all(x.accepts(y) for x, y in zip(ANGLES, at, strict=False)))
         if wrong:
-            found = "null" if at is None else shown(at)
-            faults.append(Fault(f"features[{number}].geometry", found, POINTS, source))
+            value = "null" if at is None else shown(at)
+            faults.append(Fault(f"features[{number}].geometry", value, POINTS, source))
         z_m = facts.get("z_m", 0.0) if isinstance(facts, dict) else None
-        if not HEIGHT.accepts(z_m):
+        if not COORDINATE.accepts(z_m):
             where = f"features[{number}].properties.z_m"
-            faults.append(Fault(where, shown(z_m), HEIGHT.words, source))
+            faults.append(Fault(where, shown(z_m), COORDINATE.words, source))
         elif not wrong:
             name = facts.get("name", facts.get("Name"))
-            own = "" if name is None else OF_A_SITE.sub("", f"{name}")
+            name_of_site = "" if name is None else OF_A_SITE.sub("", f"{name}")
             height_m = float(z_m) if "z_m" in facts else None
-            points.append(CandidatePoint(float(at[0]), float(at[1]), height_m, own))
+            points.append(CandidatePoint(float(at[0]), float(at[1]), height_m, name_of_site))
     refuse(faults)
     return points

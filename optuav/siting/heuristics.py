@@ -26,7 +26,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.status import SAME_S
 
 SAME_SUM = 1e-9  # Relative; sums that differ by less are equal, and the first of them is taken
-ROUNDS = 300
+MOST_BOUNDS = 300  # Most bounds of the subgradient method
 PATIENCE, SHRINK = 15, 0.6  # Rounds without a better bound, after which steps get smaller by this
 BETTER = 1e-5  # Relative; a bound that is lower by less does not count as better
 
@@ -143,7 +143,7 @@ def multipliers(
     met = {tuple(chosen): total(worth, weights, chosen)}
     value = met[tuple(chosen)]
     above = np.empty_like(table)
-    for _ in range(ROUNDS):
+    for _ in range(MOST_BOUNDS):
         np.subtract(table, levels.astype(np.float32)[:, None], out=above)
         np.maximum(above, 0.0, out=above)
         terms = share @ above

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from optuav.network.map_extent import scene
 from optuav.network.places import charging_cap
 from optuav.options import Perspective
 from optuav.presentation.blocks import Block, Facts
-from optuav.presentation.numbers import percent
+from optuav.presentation.numbers import coordinates, figure, fixed, percent, seconds
 from optuav.presentation.presented import Presented
 from optuav.siting import files
 from optuav.siting.candidates import STEP, candidates_of, points_of
@@ -65,14 +66,15 @@ class Siting(Presented):
     candidate_hover_s
         Longest hovers (mission, site) [s], NaN without a plan.
     position_m, hover_s
-        Where the lasers are in the end (laser, 3) [m], in the order of `selection.sites`, and the
-        longest hovers there (mission, laser) [s], NaN without a plan.
+        Final positions of the lasers (laser, 3) [m], in the order of `selection.sites`, and the
+        longest hovers with them (mission, laser) [s], NaN without a plan.
     value
-        Mean or smallest hover [s] or the number of missions covered, lasers where they are.
+        Mean or smallest hover [s], or the number of missions covered, with the lasers at their
+        final positions.
     lasers
-        How many were to be placed at most.
+        Largest number of lasers that was asked for.
     names
-        Names of the candidates that a file states, empty where it states none.
+        Names of the candidates in their file; empty if the file has no names.
 
     Examples
     --------
@@ -114,12 +116,12 @@ class Siting(Presented):
         return f"{name} (site {site})" if name else f"Site {site}"
 
     def mission(self, number: int = 0) -> Mission:
-        """One of the missions, 0 the first, with its laser where that lets it hover longest.
+        """Return one of the missions, 0 the first, with the laser that lets it hover longest.
 
-        Unchanged without a plan; `InputError` if that mission does not exist.
+        A mission without a plan is unchanged. Raises `InputError` if that mission does not exist.
         """
-        known = Range("-", ge=0, lt=len(self.missions), whole=True)
-        refuse(misfits(("number", number, known)))
+        numbers = Range("-", ge=0, lt=len(self.missions), whole=True)
+        refuse(misfits(("number", number, numbers)))
         mission, laser = self.missions[number], int(self.laser[number])
         if laser < 0:
             return mission
@@ -153,8 +155,8 @@ class Siting(Presented):
         ----------
         path
             A .geojson file, whose heights are above the ellipsoid or left out (`Plan.export`), or a
-            .kml file, at altitudes above mean sea level. Points are called as in the text, such as
-            ``Site 4``, or ``B (site 4)`` where the candidates have names.
+            .kml file, at altitudes above mean sea level. Points have the names that the text
+            prints, such as ``Site 4``, or ``B (site 4)`` if the candidates have names.
 
         Raises
         ------
@@ -174,7 +176,7 @@ class Siting(Presented):
     def save_missions(self, directory: str | Path) -> list[Path]:
         """Write every mission with its laser into a directory, made if missing; return the files.
 
-        Of several missions, ``town-3.toml`` is the one that `mission` returns for 3.
+        With several missions, ``town-3.toml`` is the one that `mission` returns for 3.
 
         Raises
         ------
@@ -185,10 +187,10 @@ class Siting(Presented):
         return files.save_missions(missions, directory)
 
     def to_frame(self) -> DataFrame:
-        """One row a mission: its name, its `laser`, and its ``hover_s`` with that [s]."""
+        """Return one row per mission: its name, its `laser`, and its hover ``hover_s`` [s]."""
         rows = [
-            (each.name, laser, hover_s[laser] if laser >= 0 else np.nan)
-            for each, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
+            (mission.name, laser, hover_s[laser] if laser >= 0 else np.nan)
+            for mission, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
         ]
         return frame(rows, ["mission", "laser", "hover_s"])
 
@@ -211,32 +213,36 @@ class Siting(Presented):
             served = int((lasers == laser).sum()) or "nobody: the lasers that moved serve all"
             where = f"{_point(self.candidates_m[site])}, serves {served}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
-            where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
+            where += f", moved {fixed(far_m, 0)} m to {_point(at_m)}" if far_m else ""
             lines.append((printable(self._name(site)), where))
         if len(best.sites) < self.lasers:
             words = "no other candidate adds anything"
             if len(best.sites) == len(self.candidates_m):
                 words = "there are no more candidates"
             lines.append(("Left out", f"{self.lasers - len(best.sites)} of {self.lasers}: {words}"))
-        unit, digits, enough = " s", 2, ""
-        if best.objective == "covered":
-            unit, digits, enough = "", 0, f" of {count} hover {self.at_least_s:g} s or longer"
+        written: Callable[[float], str] = seconds
+        enough = ""
+        if self.at_least_s is not None:
+            written, enough = (
+                partial(fixed, decimals=0),
+                f" of {count} hover {figure(self.at_least_s)} s or longer",
+            )
         proof = f"gap {percent(self.gap)}" if self.gap else "no selection is better"
         alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
         each = (
             f"site{'s' * (len(best.greedy_sites) > 1)} {first_ten([*map(str, best.greedy_sites)])}"
         )
-        greedy = f"{best.greedy_value:.{digits}f}{unit} on {each}"
+        greedy = f"{written(best.greedy_value)} on {each}"
         lines += [
-            (HEADS[best.objective], f"{best.value:.{digits}f}{unit}{enough}"),
-            ("Bound", f"{best.bound:.{digits}f}{unit}, {proof}"),
+            (HEADS[best.objective], f"{written(best.value)}{enough}"),
+            ("Bound", f"{written(best.bound)}, {proof}"),
             ("Greedy", greedy if best.greedy_sites else "no site adds anything"),
         ]
         if alike:
             where = ", ".join(f"{n} in place of site {site}" for n, site in alike)
             lines.append(("Alike", f"other candidates that are as good: {where}{self._why()}"))
         if self.value > best.value:
-            words = f"{self.value:.{digits}f}{unit} at the places moved to, no bound"
+            words = f"{written(self.value)} at the places moved to, no bound"
             lines.append(("Refined", words))
         if never := int(np.isnan(self.candidate_hover_s).all(axis=1).sum()):
             how = WITHOUT_PLAN[best.objective]
@@ -273,21 +279,21 @@ def place_laser(
     """Choose where to put lasers, from candidates, for one mission or for many.
 
     Every mission flies its best plan with at most one rest, with the one laser that lets it hover
-    longest. A mission without a plan hovers for 0 s; of ``"worst"`` it is left out if no candidate
-    gives it one.
+    longest. A mission without a plan hovers for 0 s; ``"worst"`` ignores it if no candidate makes a
+    plan possible.
 
     Parameters
     ----------
     missions
         A mission, the name of a shipped one or the path of a mission file, or several of them, such
-        as one for each device. Each has a laser; only the place of that is changed.
+        as one for each device. Each must have a laser; only the laser's place changes.
     candidates
         Places where a laser may stand (site, 3) [m], each coordinate up to 1e6; or the path of a
         GeoJSON file of points, whose properties ``name`` and ``z_m`` are their name and height and
         which need a mission on Earth; or ``"grid"``, for points over all places of the missions.
         Without ``z_m``, points are as high as the laser of the first mission.
     lasers
-        How many to place at most, 1 to 1000. One that would add nothing is left out.
+        Largest number of lasers, 1 to 1000. A laser that would add nothing is left out.
     step_m
         Distance between neighbours in a grid [m], > 0 and up to 1e6; None for a tenth of its longer
         side.
@@ -301,18 +307,18 @@ def place_laser(
     refine
         Whether to move each laser afterwards in the plane, by up to half the distance from its
         candidate to the nearest other one, while the same places stay in its sight. It tries eight
-        points around each laser at every step, a quarter of that distance at first and 1 m at last:
-        for each mission some 50 hover times per laser, and more where lasers move. It ends where no
-        step changes a hover.
+        points around each laser at every step; the steps begin with a quarter of that distance and
+        end with 1 m. This needs about 50 hover times per mission and laser, and more if lasers
+        move. It ends when no step changes a hover.
     gap
         Relative gap that is small enough to end the search, 0 to 1.
     time_limit_s
-        After which the choice ends [s], > 0 and at most 1e9, with the gap that is then left; it
-        does not count the hover times and the refinement. An answer that is cut off by it may
-        differ from one machine to another.
+        Time after which the search for the best selection ends [s], > 0 and at most 1e9, with the
+        gap that is then left; it does not include the hover times and the refinement. An answer
+        that it cuts off may differ from machine to machine.
     progress
-        Called before each part of the work with the number of hover times done, their total or None
-        while lasers are moved, and what they are for.
+        Callback for progress before each part of the work: receives the number of hover times done,
+        their total (None while lasers move), and words on their purpose.
 
     Returns
     -------
@@ -369,8 +375,8 @@ def place_laser(
     if refine and best.sites:
         reach_m = 0.5 * _nearest_m(table_m, best.sites)
         at_m, hover_s = refined(times, at_m, hover_s, reach_m, value)
-    asked = loaded, table_m, perspective, at_least_s
-    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s), int(lasers), names)
+    question = loaded, table_m, perspective, at_least_s
+    return Siting(*question, best, times_s, at_m, hover_s, value(hover_s), int(lasers), names)
 
 
 def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
@@ -423,4 +429,4 @@ def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:
 
 def _point(at_m: Floats) -> str:
     """A point as text."""
-    return f"({', '.join(f'{round(component, 1):.8g}' for component in at_m)}) m"
+    return f"{coordinates(np.round(at_m, 1), 8)} m"

@@ -14,6 +14,7 @@ from optuav.network.network import build_network
 from optuav.network.places import Places, build_places
 from optuav.network.variants import Variants
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure
 from optuav.solving.best_plans import best_plans, takes_arrays
 from optuav.solving.device_routes import with_routes
 from optuav.solving.promising_buildings import (
@@ -48,7 +49,7 @@ class HoverTimes:
     ) -> None:
         self.missions, self.computed = missions, 0
         self._tell = tell or (lambda *_: None)
-        self._questions = [checked_question(each, "P1", perspective) for each in missions]
+        self._questions = [checked_question(mission, "P1", perspective) for mission in missions]
         # Towns, with the buildings to try first, and missions that differ only in their device.
         self._towns, alike = dict[int, tuple[Places, list[int]]](), dict[Mission, list[int]]()
         for number, mission in enumerate(missions):
@@ -83,7 +84,7 @@ class HoverTimes:
         """Return which places a laser at a site [m] lights, by mission (place,)."""
         key = {"laser.position_m": site_m.tolist()}
         places = (build_places(mission.replace(key)) for mission in self.missions)
-        return [each.received_power_W > 0.0 for each in places]
+        return [table.received_power_W > 0.0 for table in places]
 
     def _in_town(self, number: int, sites_m: Floats) -> Floats:
         """The hovers of a mission with many buildings (site,) [s]."""
@@ -155,7 +156,7 @@ def refined(
             points_m = points_m[far_m <= reach_m[laser]]
             if not len(points_m):
                 continue
-            found_s = times.at(points_m, f"laser {laser + 1}, steps of {step_m:.3g} m")
+            found_s = times.at(points_m, f"laser {laser + 1}, steps of {figure(step_m, 3)} m")
             gain_s = np.nan_to_num(found_s) - np.nan_to_num(hover_s[:, [laser]])
             if len(points_m) == len(AROUND) and (np.abs(gain_s) <= SAME_S).all():
                 left.remove(laser)

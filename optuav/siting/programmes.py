@@ -18,6 +18,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import SolverError
+from optuav.presentation.numbers import figure
 from optuav.silence import silent
 from optuav.siting.heuristics import best_of, interchange, total
 
@@ -69,7 +70,7 @@ def most_in_total(
         best = max(best, interchange(worth, weights, opened), key=value)
         bound = min(bound, -float(answer.mip_dual_bound))
         if bound < (1.0 - SOLVER_ACCURACY) * value(best):
-            raise SolverError(f"HiGHS gives the bound {bound:.9g}, but a choice exceeds it")
+            raise SolverError(f"HiGHS gives the bound {figure(bound, 9)}, but a choice exceeds it")
         reached = best_of(worth, opened)
         beyond = np.flatnonzero(answer.x[sites:] > (1.0 + SOLVER_ACCURACY) * reached)
         if not (more := {*zip(beyond.tolist(), reached[beyond].tolist(), strict=True)} - rows_at):

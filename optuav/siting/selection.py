@@ -44,13 +44,13 @@ class Selection:
     value
         Mean or smallest hover time [s], or the number of missions covered.
     bound
-        No selection of as many candidates has a larger value.
+        Bound on the value: no selection of as many candidates has a larger value.
     greedy_sites, greedy_value
         The selection that adds, one by one, the candidate with the largest gain in the mean or the
         number covered, in this order, and its value.
     alike
-        By site selected, how many candidates that are not selected give the same value in its
-        place.
+        For each selected site, the number of candidates outside the selection that would give the
+        same value in its place.
 
     Examples
     --------

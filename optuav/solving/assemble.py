@@ -145,8 +145,8 @@ def subset(table: Quantities, which: Integers | slice | int) -> Quantities:
         return values[which] if isinstance(values, np.ndarray) else values
 
     landings = [
-        each._replace(charge_As=taken(each.charge_As), energy_J=taken(each.energy_J))
-        for each in table.landings
+        landing._replace(charge_As=taken(landing.charge_As), energy_J=taken(landing.energy_J))
+        for landing in table.landings
     ]
     steps, hovers = taken(table.steps), [Hover(*map(taken, hover)) for hover in table.hovers]
     covered = [Covered(*map(taken, point)) for point in table.covered]
@@ -212,7 +212,7 @@ def _landings(
     begun = [n for n, step in enumerate(way) if isinstance(step, str) and step in STAYS]
     *legs_before, _ = legs_and_stays(variants.network, which, rests)
     for legs, stay in legs_before:
-        charge, energy = (table_entries(each, variant, legs) for each in variants.of_legs[1:])
+        charge, energy = (table_entries(table, variant, legs) for table in variants.of_legs[1:])
         charge_As, energy_J = charge_As + charge, energy_J + energy
         if stay:
             yield Landing(charge_As, energy_J, stays, begun[len(stays)] - 1 if begun else -1)

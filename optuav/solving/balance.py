@@ -13,7 +13,7 @@ import numpy as np
 from formulations.parameters import Quantities
 from formulations.soc import PERSPECTIVES, hovered_before
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.modelling.check import TOLERANCE
+from optuav.modelling.check import CONSTRAINT_TOLERANCE
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.network import Network
 from optuav.network.variants import Variants, as_variants
@@ -44,7 +44,7 @@ class Balance(NamedTuple):
 
     def take(self, which: Integers) -> Balance:
         """Spare, drawn, gained and time left of some routes."""
-        spare, drawn, gained, left_s = (np.asarray(each)[which] for each in self[:4])
+        spare, drawn, gained, left_s = (np.asarray(figure)[which] for figure in self[:4])
         return Balance(spare, drawn, gained, left_s)
 
     def map(self, take: Callable[[Any], Any]) -> Balance:
@@ -64,7 +64,7 @@ def balance(variants: Variants, perspective: Perspective) -> Balance:
     rests, last = routes.building >= 0, routes.devices.shape[1]
     charge_As, energy_J = (np.zeros((1, 1)) for _ in range(2))
     for number, legs in enumerate(routes.legs.T[: last + 1]):
-        charge, energy = (each.T[legs] for each in variants.of_legs[1:])
+        charge, energy = (table.T[legs] for table in variants.of_legs[1:])
         charge_As, energy_J = charge_As + charge, energy_J + energy
         upto = replace(columns, flight_charge_As=charge_As, flight_energy_J=energy_J)
         rested = rests & (number > routes.rest_after)
@@ -132,7 +132,7 @@ def _kept(
 ) -> Balance:
     """The balance that also keeps η0 at a landing; with an endless least rest where it cannot."""
     spare, drawn, gained = map(np.asarray, affine_charge(upto, perspective))
-    spare = np.where(np.abs(spare) <= TOLERANCE, 0.0, spare)
+    spare = np.where(np.abs(spare) <= CONSTRAINT_TOLERANCE, 0.0, spare)
     hovered, rested = landed
     if np.any(both := np.logical_and(hovered, rested)):
         endless = np.where(applies & both, drawn, np.inf)
@@ -150,8 +150,12 @@ def _kept(
     )
 
 
+@lru_cache(maxsize=1)
 def by_balance(network: Network) -> tuple[Floats, Floats]:
-    """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
+    """The longest Δ of all routes, −∞ for none, and the least T' for it [s]; the last are kept.
+
+    By charge and time.
+    """
     routes = balance(as_variants(network), "battery")
     hover_s = longest_by_balance(routes)
     return hover_s[:, 0], shortest_by_balance(hover_s, routes)[:, 0]

@@ -20,7 +20,7 @@ from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket
 from optuav.mission import Mission
 from optuav.modelling import Model
-from optuav.modelling.check import TOLERANCE, evaluated
+from optuav.modelling.check import CONSTRAINT_TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial, part
 from optuav.network.variants import Variants
 from optuav.options import Perspective
@@ -69,8 +69,8 @@ REASONS = {
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
 SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
-ROUNDS = 3  # Bracketing rounds: the most promising open routes; in the last round, all open ones
-STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
+BRACKET_ROUNDS = 3  # Rounds of bracketing: the most promising open routes; at last, all open ones
+NEWTON_STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
 BEYOND_S = 1e-6  # Time after Newton's moment when the well is shown to be empty [s]
 ROUNDED_WELL = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
 HOVER_TIME: Monomial = frozenset({("hover", "time")})
@@ -102,7 +102,7 @@ class BestPlans:
     @classmethod
     def none(cls, count: int) -> BestPlans:
         """No plan anywhere, and not known why."""
-        arrays: dict[str, Any] = {each.name: np.full(count, np.nan) for each in fields(cls)}
+        arrays: dict[str, Any] = {field.name: np.full(count, np.nan) for field in fields(cls)}
         codes = {name: np.zeros(count, np.int8) for name in ("status", "reason")}
         return cls(**arrays | codes | {"route": np.full(count, -1)})
 
@@ -164,8 +164,8 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         counted = soc["battery"] if perspective == AVAILABLE else counted
     kept = np.ones(len(variant), bool)
     if longest_hover:
-        late = mission_s[won] > (1.0 + TOLERANCE) * winners.deadline_s
-        kept = ~(late | (counted < winners.min_soc - TOLERANCE))
+        late = mission_s[won] > (1.0 + CONSTRAINT_TOLERANCE) * winners.deadline_s
+        kept = ~(late | (counted < winners.min_soc - CONSTRAINT_TOLERANCE))
         answers.otherwise[variant[~kept]] = STATUSES.index(Status.ERROR)
     columns = {
         "hover_time_s": times_s[0],
@@ -179,7 +179,7 @@ def best_plans(variants: Variants, question: Question) -> BestPlans:
         "objective": times_s[0] if answers.objective is None else answers.objective[won],
         "bound": np.nan if answers.bound is None else answers.bound[variant],
     }
-    plans = {name: _filled(each, variant.shape) for name, each in columns.items()}
+    plans = {name: _filled(column, variant.shape) for name, column in columns.items()}
     if np.count_nonzero(kept) == variants.count:
         return BestPlans(**plans)
     best = BestPlans.none(variants.count)
@@ -318,8 +318,8 @@ def _longest_by_wells(variants: Variants, able: Booleans) -> TiedPlans:
     most_s = _most_s(variants, able)
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, fill) for fill in (np.nan, np.nan, -np.inf))
     open_, least_s = most_s >= 0.0, np.zeros(variants.count)
-    for number in range(ROUNDS):
-        if number < ROUNDS - 1:
+    for number in range(BRACKET_ROUNDS):
+        if number < BRACKET_ROUNDS - 1:
             left_s = np.where(open_, most_s, np.nan)
             tops_s = np.fmax.reduce(left_s, axis=0) - SAME_S
             route, variant = np.nonzero(left_s >= tops_s)
@@ -357,7 +357,7 @@ def in_steps(
 
     The stages of a flight are one step if the available well falls all along it.
     """
-    routes, shares = variants.network.routes, [each.share for each in variants.mission.served]
+    routes, shares = variants.network.routes, [device.share for device in variants.mission.served]
     whole = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
     whole = whole & (not route_quantities(variants).tapers)
     for shifts, alike in (variants.shifts, whole), ((), ~whole):
@@ -437,7 +437,7 @@ def _empty_by(
     level, slope = (terms.get(monomial, 0.0) for monomial in (CONSTANT, HOVER_TIME))
     bends = [(s, c) for m, c in terms.items() for _, s in m if s != "time"]
     rate_per_s, bound_s = pool.rate_per_s, most_s
-    for step in range(STEPS + 1):
+    for step in range(NEWTON_STEPS + 1):
         left, falls, rises = level + slope * bound_s, slope, slope
         for share, bend in bends:
             s_bound_s = bound_s if share == 1.0 else share * bound_s
@@ -446,8 +446,8 @@ def _empty_by(
             by_share = bend * (1.0 - rate_per_s * levelled_s)
             by_share = by_share if share == 1.0 else share * by_share
             falls, rises = falls + by_share, rises + np.maximum(by_share, 0.0)
-        if step < STEPS:
-            bound_s = bound_s - left / falls + (BEYOND_S if step == STEPS - 1 else 0.0)
+        if step < NEWTON_STEPS:
+            bound_s = bound_s - left / falls + (BEYOND_S if step == NEWTON_STEPS - 1 else 0.0)
     sinks = (falls < 0.0) & (slope <= 0.0) & (rises <= 0.0)
     proved = (left < -ROUNDED_WELL * pool.capacity_As) & sinks
     return np.where(proved & (bound_s >= 0.0), bound_s, np.inf)

@@ -41,14 +41,16 @@ def moments(network: Network, part: RouteModel, entry: int) -> dict[str, str]:
         one = stay != "hover" or not network.mission.devices
         ends += [(ENDS[stay] if one else OVER).format(*leg)] if stay else []
         landed += [on_landing(leg[1], hovers=stay == "hover")] if stay else []
-    known = {label: ends[step] for label, step in steps.items()}
+    at_stays = {label: ends[step] for label, step in steps.items()}
     return {
-        label: landed[flight] for label, flight in flights.items() if label not in known
-    } | known
+        label: landed[flight] for label, flight in flights.items() if label not in at_stays
+    } | at_stays
 
 
 def words(network: Network, part: RouteModel, entry: int, labels: Sequence[str]) -> list[str]:
     """Labels of constraints with their moments by the places of the route."""
-    known = moments(network, part, entry)
+    moment_of = moments(network, part, entry)
     names = {c.label: c.name for c in part.declared.constraints}
-    return [f"{names[label]} {known[label]}" if label in known else label for label in labels]
+    return [
+        f"{names[label]} {moment_of[label]}" if label in moment_of else label for label in labels
+    ]

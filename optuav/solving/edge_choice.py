@@ -27,6 +27,7 @@ from optuav.network.variants import as_variants
 from optuav.options import Order
 from optuav.physics.quantity import Quantity
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.solving.assemble import map_arrays, quantities, route_quantities, table_entries
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import best_plan, declared_program
@@ -70,11 +71,11 @@ def best_along_edges(question: Question, network: Network) -> EdgeAnswer:
     among_all_s = float(solution.objective[0])
     if not plan or abs(plan.hover_time_s - among_all_s) > AGREES_S:
         raise SolverError(
-            f"{solution.engine} returned {among_all_s:.9g} s along all edges, "
-            f"but {plan.hover_time_s:.9g} s is best in the order that it chose"
+            f"{solution.engine} returned {figure(among_all_s, 9)} s along all edges, "
+            f"but {figure(plan.hover_time_s, 9)} s is best in the order that it chose"
         )
-    known = {"engine": solution.engine, "proof": solution.proof}
-    return EdgeAnswer(plan.model_copy(update=known), graph, model)
+    changes = {"engine": solution.engine, "proof": solution.proof}
+    return EdgeAnswer(plan.model_copy(update=changes), graph, model)
 
 
 def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
@@ -85,10 +86,14 @@ def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
     trajectory = question.problem.trajectory
     if trajectory not in ("optimal", "direct"):
         yield Fault("trajectory", shown(trajectory), f"must be optimal or direct {with_form}")
-    stated = mission.battery.flight_energy_J is not None
-    if question.perspective == "adjusted" and mission.limits.keep_soc == "always" and not stated:
+    has_energy = mission.battery.flight_energy_J is not None
+    if (
+        question.perspective == "adjusted"
+        and mission.limits.keep_soc == "always"
+        and not has_energy
+    ):
         words = f"must be battery or energy {with_form} and limits.keep_soc = 'always', unless "
-        words += "battery.flight_energy_J is stated: else the share of a leg depends on the others"
+        words += "battery.flight_energy_J is set: the share of a leg depends on the others"
         yield Fault("perspective", shown(question.perspective), words)
 
 

@@ -38,6 +38,7 @@ from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Stage, gentlest
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
+from optuav.presentation.numbers import coordinates, seconds
 from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import hover_bounds_s, hover_times_s
 from optuav.solving.maximise import AROUND, Lengths, Point, all_around, maximise
@@ -185,8 +186,8 @@ class PointSearch:
         """Return current [A] and power [W] (point, place), with all hover points in sight."""
         places, lit = network.places, vehicle.charging(network.mission, (*points_m.T,))
         tables = list[Floats]()
-        known = places.charge_current_A, places.received_power_W
-        for of_places, at_hover in zip(known, lit, strict=True):
+        at_places = places.charge_current_A, places.received_power_W
+        for of_places, at_hover in zip(at_places, lit, strict=True):
             tables.append(np.tile(of_places, (len(points_m), 1)))
             tables[-1][:, HOVER] = at_hover
         return Flow(*tables)
@@ -369,10 +370,10 @@ def longest_anywhere(question: Question, mission: Mission) -> Plan:
     figures = [(plan.hover_time_s, plan.mission_time_s, len(plan.route)) for plan in plans]
     chosen = plans[best(*zip(*figures, strict=True)) or 0]
     notes = (_gain(chosen, stated_plan), *chosen.notes)
-    known = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
+    changes = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
     if search.ended:
-        known = {"proof": TRIED, "status": Status.FEASIBLE, "notes": (LATE, *notes)}
-    return chosen.model_copy(update=known)
+        changes = {"proof": TRIED, "status": Status.FEASIBLE, "notes": (LATE, *notes)}
+    return chosen.model_copy(update=changes)
 
 
 @dataclass(frozen=True)
@@ -398,11 +399,11 @@ def _gain(plan: Plan, own: Plan) -> str:
     name = "w_U" if own.mission.route.hover_m is None else "route.hover_m"
     if plan is own:
         return f"hover point free: none was found that is better than {name}"
-    point = "w_U" if hover_m is None else "({:.3f}, {:.3f}, {:.3f}) m".format(*hover_m)
+    point = "w_U" if hover_m is None else f"{coordinates(hover_m, 7)} m"
     if not own:
         return f"hover point free: {point}; at {name} no plan exists"
     more_s = round(plan.hover_time_s - own.hover_time_s, 4)
-    gain = f"{more_s:.4f} s more than" if more_s > 0.0 else "no longer hover than"
+    gain = f"{seconds(more_s, 4)} more than" if more_s > 0.0 else "no longer hover than"
     return f"hover point free: {point} gives {gain} {name}"
 
 
@@ -415,7 +416,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     flown = legs != NO_LEG
     to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
     other = flown & ~to_w & ~from_w
-    known = replace(
+    shared = replace(
         quantities(network, which, rests=rests, hover_open=True),
         flight_time_s=np.where(other, table.duration_s[legs], 0.0).sum(axis=1),
         flight_charge_As=np.where(other, table.charge_As[legs], 0.0).sum(axis=1),
@@ -427,7 +428,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     w = [
         model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-math.inf) for axis in "xyz"
     ]
-    values, places = Given.of(known, perspective), network.places.position_m
+    values, places = Given.of(shared, perspective), network.places.position_m
     before, after = (
         [
             Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
@@ -442,10 +443,10 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         for name, leg in ((TO_HOVER, arriving), (FROM_HOVER, leaving))
     }
     steps = [stages.get(s, [s]) if isinstance(s, str) else [s] for s in values.steps]
-    charge_As = known.flight_charge_As + (arriving.charge_As + leaving.charge_As)
-    energy_J = known.flight_energy_J + (arriving.energy_J + leaving.energy_J)
+    charge_As = shared.flight_charge_As + (arriving.charge_As + leaving.charge_As)
+    energy_J = shared.flight_energy_J + (arriving.energy_J + leaving.energy_J)
     at_w: dict[str, Quantity] = {
-        "flight_time_s": known.flight_time_s + (arriving.duration_s + leaving.duration_s),
+        "flight_time_s": shared.flight_time_s + (arriving.duration_s + leaving.duration_s),
         "flight_charge_As": charge_As,
         "flight_energy_J": energy_J,
         "flight_voltage_V": energy_J / charge_As,
@@ -454,14 +455,14 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     }
     if mission.laser is not None:
         lit = vehicle.charging(mission, (w[0], w[1], w[2]))
-        at_w["hover_current_A"] = known.hover_current_A - lit.current_A
+        at_w["hover_current_A"] = shared.hover_current_A - lit.current_A
         at_w["hover_received_W"] = lit.power_W
     named: dict[str, Quantity] = {}
     for name, known_as in ((q.name, q.metadata) for q in QUANTITIES if q.name in at_w):
         words = {k: known_as[k] for k in ("symbol", "unit")}
         named[name] = model.let(name, at_w[name], **words, words=DESCRIPTIONS.get(name, ""))
     legs_of = {TO_HOVER: arriving, FROM_HOVER: leaving}
-    landings = tuple(_landings(values, known, legs_of)) if known.landings else ()
+    landings = tuple(_landings(values, shared, legs_of)) if shared.landings else ()
     flat = list(chain.from_iterable(steps))
     P1().declare(model, replace(values, **named, steps=flat, landings=landings))
     return model

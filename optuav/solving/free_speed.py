@@ -27,6 +27,7 @@ from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 from optuav.physics.rotary_wing import level_direction, level_length
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.best_plans import SLACK_S
 from optuav.solving.program import Program, best_plan, declared_program
@@ -151,8 +152,8 @@ class FreeSpeedProgram(Program):
         nearest = self._priced(routes)
         if most_s < 0.0:
             return nearest
-        known = {"status": Status.UNKNOWN, "proof": NOT_FOUND, "reasons": nearest.reasons}
-        return nearest.model_copy(update=known)
+        changes = {"status": Status.UNKNOWN, "proof": NOT_FOUND, "reasons": nearest.reasons}
+        return nearest.model_copy(update=changes)
 
     def route_of(self, plan: Plan) -> RouteSpeeds:
         """The segments of the route of a plan."""
@@ -172,14 +173,14 @@ class FreeSpeedProgram(Program):
         price_A: Floats = np.round(exact_A, DIGITS) + 0.0  # No −0
         capped = speed >= route.largest_m_s[moves] * (1.0 - AT_LARGEST_SPEED)
         if capped.all():
-            most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"
+            most = f"{figure(price_A.max(), 4)} A s" if np.isfinite(price_A).all() else "any charge"
             return f"a second less of flight is worth {most} or more: all legs fly at their fastest"
         free_A = price_A[~capped]
         if np.ptp(free_A) <= SAME_A * max(1.0, float(np.abs(free_A).max())):
             rest = ", where no cap binds" if capped.any() else " on every leg"
-            return f"a second less of flight is worth {free_A[0]:.4g} A s of charge{rest}"
+            return f"a second less of flight is worth {figure(free_A[0], 4)} A s of charge{rest}"
         figures = zip(price_A.tolist(), capped.tolist(), strict=True)
-        each = ", ".join("any" if cap else f"{price:.4g} A s" for price, cap in figures)
+        each = ", ".join("any" if cap else f"{figure(price, 4)} A s" for price, cap in figures)
         return f"a second less of flight is worth, leg by leg: {each}"
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
@@ -205,8 +206,8 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
     """The problem over the speeds of the legs, Δ and T', for routes of segments of like kinds."""
     network, problem = speeds.network, question.problem
     model = Model(f"{problem.name} with the speeds of the legs free: longest hover")
-    known = quantities(network, which, rests=rests, steps=False)
-    values = Given.of(known, question.perspective)
+    table = quantities(network, which, rests=rests, steps=False)
+    values = Given.of(table, question.perspective)
     stages, steps, landings = list[Stage](), list[Stage | str](), list[Landing]()
     for legs, stay in legs_and_stays(network, which, rests):
         for segment in np.flatnonzero(np.isfinite(speeds.ways_m[0][:, legs[0]])).tolist():

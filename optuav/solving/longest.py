@@ -23,6 +23,7 @@ from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.options import KEEP_SOC, KeepSoc
 from optuav.physics.kibam import Battery, Stage, falls_throughout
 from optuav.physics.quantity import Quantity
+from optuav.presentation.numbers import typed
 from optuav.solving.assemble import subset
 from optuav.status import SAME_S
 
@@ -88,8 +89,8 @@ def longest_hovers(
 
     From a full kinetic battery [1]_, 0 ≤ y1 ≤ ωB at every moment, η = (y1 + y2)/B ≥ η0 at the end
     ([2]_ eqs (15), (16) and (19)), all within the deadline; charging is at constant current. Every
-    figure is a number, or an array of one shape for all routes. No answer depends, to the last bit,
-    on the others in the call.
+    figure is a number, or an array of one shape for all routes. To the last bit, no answer depends
+    on the other routes of the call.
 
     Parameters
     ----------
@@ -104,9 +105,10 @@ def longest_hovers(
     deadline_s, min_soc
         T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
     hover_current_A, rest_current_A
-        Net current drawn while hovering, and that charges while resting [A], up to 1e6 either way.
+        Net current that hovering draws, and net current that charges during a rest [A], up to 1e6
+        either way.
     shortest_rest
-        Whether to find the shortest T' for each Δ, which takes about half as long again.
+        Whether to find the shortest T' for each Δ, which takes about 1.5 times as long.
     keep_soc
         When η0 must be left: ``"end"``, or ``"always"`` for the end of every flight.
 
@@ -118,8 +120,8 @@ def longest_hovers(
     Raises
     ------
     InputError
-        If the steps differ, shapes differ, or figures are not numbers or are out of range; it lists
-        every fault.
+        With every fault: steps of another form, shapes that differ, and figures that are not
+        numbers or out of range.
 
     References
     ----------
@@ -152,8 +154,10 @@ def longest_hovers(
             return np.nan
         ends = (float(figure.min()), float(figure.max())) if figure.size else ()
         if not all(map(allowed.accepts, ends)):
-            first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
-            faults.append(Fault(name, f"{first:g}", allowed.words))
+            first = next(
+                number for number in figure.ravel().tolist() if not allowed.accepts(number)
+            )
+            faults.append(Fault(name, typed(first), allowed.words))
         if not figure.ndim:
             return float(figure)
         shapes.setdefault(figure.shape, name)
@@ -179,7 +183,7 @@ def longest_hovers(
         words += '; or shares of the hover, as ("hover", 0.5), that add up to 1'
         faults.append(Fault("steps", shown(stays)[:40], words))
     figures_given = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
-    of_battery = {each.name: getattr(battery, each.name) for each in fields(Battery)}
+    of_battery = {field.name: getattr(battery, field.name) for field in fields(Battery)}
     figures_given |= {"deadline_s": deadline_s, "min_soc": min_soc, **of_battery}
     figures = {name: read(name, value, RANGES[name]) for name, value in figures_given.items()}
     if len(shapes) > 1:
@@ -235,8 +239,8 @@ def longest(
             pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
     rows, x_top, y_top = _rows(given, count)
-    x, y, beyond = known = bracket_largest(rows, x_top, y_top, least=least_s)
-    return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
+    x, y, beyond = bracketed = bracket_largest(rows, x_top, y_top, least=least_s)
+    return Hovers(x, shortest(rows, bracketed, y_top) if shortest_rest else y, beyond)
 
 
 def shortest_rests(given: Quantities, count: int, hover_s: float) -> Floats:

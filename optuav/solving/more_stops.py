@@ -19,6 +19,7 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.timeline import route_phases
 from optuav.network.variants import as_variants
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure, seconds
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import by_balance
 from optuav.solving.question import MOST_BUILDINGS, Question, solve_model
@@ -62,13 +63,15 @@ def against_p1(
         any_hover = "any feasible hover time is optimal"
         notes.append(f"(P2) as printed has no Δ in its objective: {any_hover}")
     if (longer_s := longest_s - plan.hover_time_s) > SAME_S:
-        notes.append(f"(P1) hovers {longest_s:.2f} s on the same mission, {longer_s:.2f} s longer")
+        notes.append(
+            f"(P1) hovers {seconds(longest_s)} on the same mission, {seconds(longer_s)} longer"
+        )
     bound_s = least_s if name == "P2" else deadline_s - beyond_s
     over_s = plan.flight_time_s + plan.rest_time_s - bound_s
     if plan.status is Status.LOCALLY_OPTIMAL and over_s <= SAME_S:
         changes = {"status": Status.OPTIMAL, "proof": PROVED[name].format(solution.engine)}
     elif plan.status is Status.LOCALLY_OPTIMAL and math.isfinite(over_s):
-        notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
+        notes.append(f"not proved: up to {figure(over_s)} s less has not been ruled out")
     return plan.model_copy(update={"notes": tuple(notes), **changes})
 
 
@@ -120,12 +123,12 @@ def note_what_battery_allows(question: Question, network: Network, plan: Plan) -
         return
     note = "perspective battery, which checks only charge, and not the wells, "
     here = "" if network.mission.route.hover_m is None else " at this hover point"
-    note += f"promises {hover_s[route]:.2f} s of hover{here}"
+    note += f"promises {seconds(hover_s[route])} of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
     flown = plan.model_copy(update={"phases": phases})
     dry_s, full_s = flown.limits_passed_s()
     ends = (full_s, "overfill the available well"), (dry_s, "run dry and fall")
-    if faults := [f"{words} at {at_s:.2f} s" for at_s, words in ends if at_s is not None]:
+    if faults := [f"{words} at {seconds(at_s)}" for at_s, words in ends if at_s is not None]:
         note += f"; that plan would {' and '.join(faults)}"
     elif others := [event for event in replay(flown).violations if event.kind != MISMATCH]:
         note += f"; that plan cannot be flown: {others[0].words}{others[0].value_and_limit}"

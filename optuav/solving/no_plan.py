@@ -23,7 +23,7 @@ from optuav.modelling.traversal import has_unknowns
 from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.plan import Plan
-from optuav.presentation.numbers import all_digits
+from optuav.presentation.numbers import all_digits, figure, seconds
 from optuav.solving.best_plans import best_plans
 from optuav.solving.constraint_words import words
 from optuav.solving.question import Question, solve_model
@@ -90,8 +90,8 @@ def _longest_instead(question: Question, network: Network) -> str:
     hover_s = float(best.hover_time_s[0])
     if not hover_s < wanted.hover_time_s:  # NaN without a plan
         return ""
-    words = f"{wanted.hover_time_s:.12g} s of hover do not fit"
-    return f"{words}: the longest is {hover_s:.2f} s, by P1"
+    words = f"{figure(wanted.hover_time_s, 12)} s of hover do not fit"
+    return f"{words}: the longest is {seconds(hover_s)}, by P1"
 
 
 def shortfalls(
@@ -105,8 +105,8 @@ def shortfalls(
     part, deadline_s = parts[number], network.mission.limits.deadline_s
     shortest_s = network.routes.flight_time_s[part.routes[entry]]
     if shortest_s > deadline_s:
-        late = f"longer than limits.deadline_s = {deadline_s:g} s"
-        return (f"the flight takes {shortest_s:.2f} s, {late}",)
+        late = f"longer than limits.deadline_s = {figure(deadline_s)} s"
+        return (f"the flight takes {seconds(shortest_s)}, {late}",)
     if longest := _longest_instead(question, network):
         return (longest,)
     model, parameters = part.model, part.model.row(entry)
@@ -119,16 +119,19 @@ def shortfalls(
         for constraint in model.constraints:
             right = constraint.relation.right
             if constraint.relation.sense == "==" and not has_unknowns(right):
-                exact = f"exactly {evaluate(right, parameters):.6g} {constraint.unit}"
+                exact = f"exactly {figure(evaluate(right, parameters))} {constraint.unit}"
                 reasons.append(f"{constraint.label}: {exact} are asked for")
         return tuple(reasons)
     least = {variable.name: evaluate(variable.lower, parameters) for variable in model.variables}
-    times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
+    times = ", ".join(
+        f"{unknown.symbol} = {figure(least[unknown.name])}" for unknown in model.variables
+    )
     broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
     labels = words(network, part, entry, [row.label for row in broken])
     way = " → ".join(network.route_names(int(part.routes[entry])))
     violated = [
-        f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times} on {way}"
+        f"{label}: {figure(float(row.left))} {row.sense} {figure(float(row.right))} does not hold "
+        f"at {times} on {way}"
         for label, row in zip(labels, broken, strict=True)
         if not has_unknowns(*row.constraint.relation.sides)
         or none_proved(subset(model, [row.constraint], ANY_S), 1, parameters)[0]

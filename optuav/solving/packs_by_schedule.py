@@ -24,6 +24,7 @@ from optuav.network.timeline import pack_loads, route_phases, starting_packs
 from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.solving.no_plan import plan_without, proof_of_none
 from optuav.solving.question import Question, not_with
 from optuav.solving.route_models import RouteModel
@@ -38,7 +39,8 @@ SLACK = 1e-9  # share of a step, and of the capacity, that rounding may take
 
 IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
 CONTINUOUS = (
-    f"simulation on a grid of {STEP_S:g} s, refined to {FINER[-1]:g} s around the best, not proved"
+    f"simulation on a grid of {figure(STEP_S)} s, refined to {figure(FINER[-1])} s around the "
+    "best, not proved"
 )
 
 
@@ -53,41 +55,43 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Rout
     routes = [_Route(network, *entry, slot_s, clock) for entry in entries]
     routes.sort(key=lambda each: (each.number, each.part.rests))
     question, proof = replace(question, engine=ENGINE), IN_SLOTS if slot_s else CONTINUOUS
-    found: list[tuple[float, Floats, _Route]] = []
+    plans: list[tuple[float, Floats, _Route]] = []
     searched, least_s = 0, 0.0
     for route in routes:
         hovers_s = route.longest_s(route.rests_s, step_s, least_s)
         if np.isfinite(hovers_s).any():
             whole_s = float(np.nanmax(hovers_s))
             hover_s = min(whole_s, route.left_s)  # The deadline may cut the last slot short.
-            found.append((hover_s, route.rests_s[hovers_s == whole_s], route))
+            plans.append((hover_s, route.rests_s[hovers_s == whole_s], route))
             least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
-    if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
+    if not plans and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
         raise SolverError(
-            f"the search by battery.schedule = {schedule!r} found neither a plan nor proof "
-            f"that none exists, Δ and T' in steps of {step_s:g} s; with slot_s it is exhaustive"
+            f"the search by battery.schedule = {schedule!r} found neither a plan nor proof that "
+            f"none exists, Δ and T' in steps of {figure(step_s)} s; with slot_s it is exhaustive"
         )
-    if not found and clock.ended:
+    if not plans and clock.ended:
         fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without "
             f"a plan or proof that none exists: {searched} of {len(routes)} routes were searched "
-            f"to the end, Δ and T' in steps of {step_s:g} s. Allow more time (time_limit_s), or "
-            f"ask for less: longer slots (slot_s){fewer}"
+            f"to the end, Δ and T' in steps of {figure(step_s)} s. Allow more time (time_limit_s), "
+            f"or ask for less: longer slots (slot_s){fewer}"
         )
-    if not found:
-        why = f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end"
+    if not plans:
+        why = (
+            f"no pair of Δ and T' in steps of {figure(step_s)} s leaves a pack to fly on to the end"
+        )
         return plan_without(question, network, Status.INFEASIBLE, proof, (why,))
     if not slot_s:
-        found = [pairs[2].refined(*pairs[:2]) for pairs in found if pairs[0] >= least_s]
-    hover_s = max(pairs[0] for pairs in found)
-    best = [(route, float(rests_s[0])) for each_s, rests_s, route in found if each_s == hover_s]
+        plans = [pairs[2].refined(*pairs[:2]) for pairs in plans if pairs[0] >= least_s]
+    hover_s = max(pairs[0] for pairs in plans)
+    best = [(route, float(rests_s[0])) for each_s, rests_s, route in plans if each_s == hover_s]
     rested = [(route.smallest_rest_s(hover_s, rest_s), route) for route, rest_s in best]
     rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
     notes = [
         f"packs by schedule {schedule!r}: one flies while the laser charges another; charge that "
-        "full packs refuse is lost; only the state of charge battery counts that"
+        "full packs refuse is lost; only the perspective battery counts that"
     ]
     if clock.ended:
         proof = f"simulation that {clock.ended}, not proved"
@@ -106,7 +110,9 @@ def _proof_of_none(parts: Sequence[RouteModel]) -> str:
     pooled = []
     for part in parts:
         model = copy(part.model)
-        model.constraints = [each for each in model.constraints if each.kind != "past full"]
+        model.constraints = [
+            constraint for constraint in model.constraints if constraint.kind != "past full"
+        ]
         pooled.append(RouteModel(model, part.routes))
     proof = proof_of_none(pooled)
     return f"{proof}, even if the packs were pooled" if proof else ""
@@ -122,7 +128,7 @@ class _Clock:
     def is_late(self) -> bool:
         """Return whether the time limit has passed, and record it in `ended`."""
         if time.monotonic() > self.latest:
-            self.ended = f"ended after {self.limit_s:g} s"
+            self.ended = f"ended after {figure(self.limit_s)} s"
         return bool(self.ended)
 
 

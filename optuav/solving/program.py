@@ -34,7 +34,7 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
-from optuav.presentation.numbers import all_digits
+from optuav.presentation.numbers import all_digits, figure
 from optuav.solving.balance import TIMES
 from optuav.solving.files import writer
 from optuav.solving.longest_hover import longest_hover
@@ -133,8 +133,8 @@ class Program:
     question, network
         Problem, perspective, slots, engine and time limit, checked; the mission as arrays.
     parts, reasons
-        One model and the numbers of its routes each; or why nothing can be flown. Then there is
-        no first part: ``parts[0]`` raises `NoPlanError`.
+        Models, each with the numbers of its routes; or the reasons why nothing can be flown. Then
+        there is no first part, and ``parts[0]`` raises `NoPlanError`.
 
     Examples
     --------
@@ -171,7 +171,7 @@ class Program:
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """Names of the engines that take every declared model, in slots if they were asked for."""
+        """Names of the engines that accept every declared model, in slots if requested."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.declared), slots) for part in self.parts]
         return tuple(
@@ -200,8 +200,8 @@ class Program:
         Parameters
         ----------
         width, numbers, labels
-            Characters of mathematics on a line, and whether values and names are shown, as
-            `Model.to_latex` takes them.
+            Characters of mathematics on a line, and whether values and names are shown, as in
+            `Model.to_latex`.
 
         Raises
         ------
@@ -244,9 +244,9 @@ class Program:
         Parameters
         ----------
         form
-            Of linear programmes ``"lp"`` for CPLEX LP or ``"mps"`` for free MPS; of all, written by
-            Pyomo (extra ``pyomo``), ``"nl"`` for AMPL, ``"gms"`` for GAMS or ``"bar"`` for BARON.
-            The path of a file with such a suffix is written to as well.
+            For linear programmes ``"lp"`` (CPLEX LP) or ``"mps"`` (free MPS); for all programmes,
+            written by Pyomo (extra ``pyomo``), ``"nl"`` (AMPL), ``"gms"`` (GAMS) or ``"bar"``
+            (BARON). A path with such a suffix also writes the file.
 
         Raises
         ------
@@ -277,8 +277,8 @@ class Program:
         Raises
         ------
         InputError
-            If Pyomo is missing, a function or its digits are missing, or a constraint without an
-            unknown does not hold; else as `to_file`.
+            If Pyomo is missing, Pyomo lacks a function or its digits, or a constraint without an
+            unknown is violated; otherwise as in `to_file`.
 
         Examples
         --------
@@ -308,24 +308,24 @@ class Program:
         return chosen, [f"{said} of {count} routes, each a programme of its own"]
 
     def check(self, point: Mapping[str, npt.ArrayLike]) -> Checks:
-        """Every constraint at a point, from wherever it comes, evaluated in NumPy.
+        """Evaluate every constraint at a point of any origin with NumPy.
 
         Parameters
         ----------
         point
             Values of the unknowns by name, and of parameters that differ from the mission's;
-            numbers, or arrays or lists that broadcast (one entry an itinerary).
+            numbers, or arrays or lists that broadcast (one entry per itinerary).
 
         Returns
         -------
         Checks
-            One `Check` a constraint, in order; of several routes, those that violate it.
+            One `Check` per constraint, in order; with several routes, the routes that violate it.
 
         Raises
         ------
         InputError
-            If no model of the program has just these unknowns and parameters; also for a plan,
-            which flies one of the routes.
+            If no model of the program has exactly these unknowns and parameters; also for a plan,
+            because it flies only one of the routes.
         NoPlanError
             If nothing can be flown.
         """
@@ -338,8 +338,8 @@ class Program:
         unknowns_of_point = frozenset[str]().union(*kinds) & point.keys()
         matching = [part for part in self.parts if part.unknowns == unknowns_of_point]
         if not matching:
-            known = " or ".join(", ".join(sorted(unknowns)) for unknowns in kinds)
-            raise InputError(f"a point of this program has values for {known or 'no unknown'}")
+            expected = " or ".join(", ".join(sorted(unknowns)) for unknowns in kinds)
+            raise InputError(f"a point of this program has values for {expected or 'no unknown'}")
         known_names = unknowns_of_point.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in known_names]:
             parameters = dict.fromkeys(name for part in matching for name in part.model.parameters)
@@ -364,7 +364,7 @@ class Program:
         return Checks(rows)
 
     def solve(self) -> Plan:
-        """The best plan over all itineraries, evaluated again outside the engine.
+        """Return the best plan over all itineraries, evaluated again outside the engine.
 
         Raises
         ------
@@ -376,7 +376,7 @@ class Program:
         return self.plan_of_engine() if plan is None else plan
 
     def plan_of_engine(self) -> Plan:
-        """The best plan by the answers of the engine to all models."""
+        """Return the best plan from the engine's answers to all models."""
         question, network = self.question, self.network
         if not self.parts:
             status = Status.INFEASIBLE
@@ -399,7 +399,7 @@ class Program:
         return replace(self, parts=parts).plan(solutions)
 
     def answers(self) -> list[Solution]:
-        """The engine's answers to all programmes, one `Solution` per part."""
+        """Return the engine's answers to all programmes, one `Solution` per part."""
         return [*self._answers]
 
     @cached_property
@@ -412,15 +412,15 @@ class Program:
         return solutions
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
-        """The best plan by known answers to all parts, evaluated again outside the engine."""
+        """Return the best plan from known answers to all parts, evaluated again."""
         question, network = self.question, self.network
         engine, proof = solutions[0].engine, solutions[0].proof
-        asked = replace(question, engine=engine)
+        with_engine = replace(question, engine=engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         for solution in solutions:
             solution.refuse_unusable()
         if Status.UNBOUNDED in statuses:
-            return plan_without(asked, network, Status.UNBOUNDED, proof, [ENDLESS])
+            return plan_without(with_engine, network, Status.UNBOUNDED, proof, [ENDLESS])
         chosen = self.best(solutions)
         if chosen is None:
             if Status.UNKNOWN in statuses:
@@ -431,7 +431,7 @@ class Program:
                     raise SolverError(f"{engine} found {nothing}{words}")
                 proof += ", by the engine bracket"
             why = shortfalls(question, network, self.parts)
-            return plan_without(asked, network, Status.INFEASIBLE, proof, why)
+            return plan_without(with_engine, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
         solution = solutions[number]
         plan = plan_of(question, network, self.parts[number], solution, entry)
@@ -443,10 +443,10 @@ class Program:
         notes = list(plan.notes)
         if (open_ := max(beyond, default=best) - best) > solution.ties[entry]:
             unit = plan.objective_unit.removeprefix("1")
-            more = f"{open_:.6g} {unit}".rstrip()
+            more = f"{figure(open_)} {unit}".rstrip()
             notes.append(f"not proved: up to {more} more has not been ruled out")
-            known = {"status": Status.FEASIBLE, "proof": BOUNDED, "bound": best + open_}
-            plan = plan.model_copy(update=known)
+            changes = {"status": Status.FEASIBLE, "proof": BOUNDED, "bound": best + open_}
+            plan = plan.model_copy(update=changes)
         elif plan.status is solution.statuses[entry] and any(
             solution.beyond is None and Status.UNKNOWN in solution.statuses
             for solution in solutions
@@ -468,7 +468,7 @@ class Program:
         return next(iter(self.tied(solutions)), None)
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
-        """Part and entry of all best answers, the tie rule's first; empty without one."""
+        """Part and entry of all best answers, first the tie rule's choice; empty without one."""
         if sum(len(solution.statuses) for solution in solutions) <= 1:
             return [(0, 0)] if solutions and solutions[0].status.has_answer else []
         table, columns = self.network.routes, list[tuple[Floats, Floats, Floats, Integers]]()
@@ -490,9 +490,9 @@ class Program:
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> ShadowPrices:
         """Return the price of every named parameter per unit; empty without an answer.
 
-        Figures of routes change on all alike. Where routes tie, a change for the better may take
-        any, and one for the worse has to affect them all. A side beyond the range of a key is NaN.
-        Solutions, if they are known, are the answers to all parts.
+        A figure of routes changes on all routes alike. If routes tie, an improvement counts if it
+        helps one of them, and a deterioration only if it hurts all of them. A price beyond the
+        range of a key is NaN. `solutions` are the answers to all parts, if they are known.
         """
         solutions = self.answers() if solutions is None else solutions
         all_prices = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
@@ -611,8 +611,8 @@ class CompiledProgram:
     def _objection(self, name: str, value: npt.ArrayLike) -> str:
         """Return the fault of a parameter's value; empty without a fault."""
         if name not in self._parameters:
-            hint, known = nearest(name, self._parameters), ", ".join(self._parameters)
-            return f"is not a parameter of the program{hint}; there are {known}"
+            hint, names = nearest(name, self._parameters), ", ".join(self._parameters)
+            return f"is not a parameter of the program{hint}; there are {names}"
         try:
             numbers = plain(None if isinstance(value, bool) else value)
         except ValueError:  # lists of different lengths

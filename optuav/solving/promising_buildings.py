@@ -109,17 +109,17 @@ def _past_bent(mission: Mission, question: Question, places: Places) -> Network:
     """
     every, obstacles = np.arange(len(mission.buildings)), prisms(mission.buildings)
     legs = network_by(mission.replace({"flight.obstacles": "refuse"}), places, every).legs
-    known = legs.crosses == CLEAR
+    is_clear = legs.crosses == CLEAR
     legs = replace(legs, flyable=np.asarray(np.isfinite(legs.durations_s).all(axis=0)))
-    back = np.arange(len(known))  # The leg along the same line, which is bent at the same time
+    back = np.arange(len(is_clear))  # The leg along the same line, which is bent at the same time
     back[3::4], back[4::4] = back[4::4], back[3::4].copy()
 
     def bent(legs: Legs, wanted: Integers) -> Legs:
         """The legs, some of them past the buildings if they are not yet."""
         new = np.union1d(wanted, back[wanted])
-        if not len(new := new[~known[new]]):
+        if not len(new := new[~is_clear[new]]):
             return legs
-        known[new] = True
+        is_clear[new] = True
         ends = legs.start[new], legs.end[new]
         return legs.put(new, build_legs(mission, places, obstacles, *ends))
 
@@ -128,7 +128,7 @@ def _past_bent(mission: Mission, question: Question, places: Places) -> Network:
     while True:
         legs = bent(legs, wanted)
         routes = build_routes(legs, every)
-        whole = (known[routes.legs] | (routes.legs == NO_LEG)).all(axis=1)
+        whole = (is_clear[routes.legs] | (routes.legs == NO_LEG)).all(axis=1)
         fresh = np.append(0, 1 + np.flatnonzero(whole[1:] & ~tried[1:]))
         network, tried = Network(mission, places, legs, routes), whole
         of_fresh = replace(network, routes=routes.take(fresh))
@@ -220,9 +220,9 @@ def promising_subset(network: Network, columns: Columns, question: Question) -> 
 
 def takes_few(mission: Mission, question: Question) -> bool:
     """Return whether `best_plans_or_all` answers a question."""
-    known = question.perspective in (AVAILABLE, "battery") and question.problem == P1()
+    by_wells_or_charge = question.perspective in (AVAILABLE, "battery") and question.problem == P1()
     constant = mission.battery.charging == "constant"
-    return known and constant and takes_arrays(mission, question)
+    return by_wells_or_charge and constant and takes_arrays(mission, question)
 
 
 def best_plans_or_all(variants: Variants, places: Places, question: Question) -> BestPlans:
@@ -295,7 +295,9 @@ def _network_of(mission: Mission, places: Places, buildings: Integers) -> Networ
 def _numbered(variants: Variants, question: Question) -> dict[str, Any]:
     """The best plans of variants of few routes, with the numbers that those have among all."""
     routes = variants.network.routes
-    plans = {name: np.array(each) for name, each in vars(best_plans(variants, question)).items()}
+    plans = {
+        name: np.array(values) for name, values in vars(best_plans(variants, question)).items()
+    }
     number = np.where(routes.building < 0, 0, 2 * routes.building + 2 - routes.rest_first)
     plans["route"] = np.append(number, -1)[plans["route"]]
     return plans
@@ -360,7 +362,7 @@ def _contending(variants: Variants, hover_s: Floats, perspective: Perspective) -
     may = np.zeros((variants.count, len(some)), bool)
     orders = ((from_origin, from_roof), 1), ((to_roof, to_destination), 0)
     for ((one, other), shared), by_wells in zip(orders, kept, strict=True):
-        shared_s, shared_As, _ = (each[:, [shared]] for each in variants.of_legs)
+        shared_s, shared_As, _ = (figures[:, [shared]] for figures in variants.of_legs)
         given = replace(
             table,
             flight_time_s=shared_s + one.duration_s + other.duration_s,

@@ -264,8 +264,8 @@ def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[
         and all(isinstance(name, str) for name in wanted)
         and (mission is None or sorted(wanted) == sorted(names))
     ):
-        known = f"each device once: {', '.join(names)}" if names else "left out with one device"
-        yield Fault("device_order", shown(wanted), f"must be {known}")
+        rule = f"each device once: {', '.join(names)}" if names else "left out with one device"
+        yield Fault("device_order", shown(wanted), f"must be {rule}")
     if not names or mission is None:
         return
     if isinstance(problem, Cycle):
@@ -393,9 +393,9 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
     """Options that exclude another; a choice of only None stands for no value."""
     for option, value, choices in stated:
         if value not in choices:
-            known = [str(choice) for choice in choices if choice is not None]
-            start = "must be one of " if len(known) > 1 else "must be "
-            yield Fault(option, shown(value), f"{start}{', '.join(known) or 'left out'} {words}")
+            allowed = [str(choice) for choice in choices if choice is not None]
+            start = "must be one of " if len(allowed) > 1 else "must be "
+            yield Fault(option, shown(value), f"{start}{', '.join(allowed) or 'left out'} {words}")
 
 
 def engine_for(model: Model, question: Question) -> Engine:

@@ -34,6 +34,7 @@ from optuav.network.one_stop import one_stop_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.numbers import figure, seconds
 from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
 from optuav.solving.edge_choice import AGREES_S, best_along_edges
@@ -103,11 +104,13 @@ class RouteChoice(Presented):
         if not self.plan:
             yield from self.plan.blocks()
             return
-        gap_s = round(self.gap_s or 0.0, 3) + 0.0  # no −0 for what rounding leaves
+        assert self.relaxation_s is not None
+        assert self.gap_s is not None
+        relaxed = f"{seconds(self.relaxation_s, 3)} ({self.form}), gap {seconds(self.gap_s, 3)}"
         facts = [
             ("Route", " → ".join(self.plan.route)),
-            ("Hover", f"{self.plan.hover_time_s:.3f} s"),
-            ("Relaxed", f"{self.relaxation_s:.3f} s ({self.form}), gap {gap_s:.3f} s"),
+            ("Hover", seconds(self.plan.hover_time_s, 3)),
+            ("Relaxed", relaxed),
             ("Proof", self.plan.proof),
         ]
         yield Facts([*facts, *(("Note", note) for note in self.notes)])
@@ -136,11 +139,11 @@ def route_choice(
         How to count charge, as for `optuav.solve`: ``"battery"``, ``"energy"`` or ``"adjusted"``,
         which are linear in the times.
     form
-        How the choice is stated. ``"hull"``: unknowns and homogenised rows for each route, the
-        tightest there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches
-        off; fewer unknowns, a looser relaxation. See `formulations.milp`. ``"edges"``: a choice
-        for each leg instead of each route, for up to 12 devices in any order, in continuous times;
-        see `formulations.edges`. By default ``"hull"`` for at most 3 devices or in slots, else
+        Formulation of the choice. ``"hull"``: unknowns and homogenised rows for each route, the
+        tightest form; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches
+        off; fewer unknowns, a looser relaxation. See `formulations.milp`. ``"edges"``: a choice for
+        each leg instead of each route, for up to 12 devices in any order, in continuous times; see
+        `formulations.edges`. By default ``"hull"`` for at most 3 devices or in slots, else
         ``"edges"``.
     trajectory, order
         Routes to choose from: ``"optimal"`` (all), ``"direct"``, ``"traj1"`` or ``"traj2"``; and
@@ -158,7 +161,7 @@ def route_choice(
     Returns
     -------
     RouteChoice
-        The same plan as by Algorithm 2 of the paper, ties included, with the bound.
+        The plan that Algorithm 2 of the paper finds, also in ties, with the bound.
 
     Raises
     ------
@@ -222,8 +225,8 @@ def route_choice(
     hover_s, among_all_s = float(times.objective[0]), float(solution.objective[0])
     if abs(hover_s - among_all_s) > AGREES_S:
         raise SolverError(
-            f"{solution.engine} returned {among_all_s:.9g} s for all routes together, "
-            f"but {hover_s:.9g} s for the one that it chose"
+            f"{solution.engine} returned {figure(among_all_s, 9)} s for all routes together, "
+            f"but {figure(hover_s, 9)} s for the one that it chose"
         )
     relaxed = joined(routes, perspective, form, relaxed=True)
     relaxation = solve_model(relaxed, 1, replace(question, slot_s=None))
@@ -256,7 +259,7 @@ def _one_stop_words(network: Network, graph: Graph | None) -> tuple[str, ...]:
 
 
 def _left_words(gap_s: float) -> str:
-    return f"the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
+    return f"the LP relaxation leaves {figure(max(gap_s, 0.0), 3)} s"
 
 
 def _routes(program: Program) -> tuple[list[Route], list[RouteModel]]:

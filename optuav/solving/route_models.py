@@ -102,7 +102,7 @@ def routes_by_kind(
             if len(group := alike.nonzero()[0]):
                 alike_in = shares if ordered else ()
                 groups = by_shares(routes.devices[which[group]], alike_in)
-                yield from ((group[each], rests) for each in groups)
+                yield from ((group[same], rests) for same in groups)
 
 
 def by_shares(devices: Integers, shares: Sequence[float]) -> Iterator[Any]:

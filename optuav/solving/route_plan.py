@@ -26,6 +26,7 @@ from optuav.network.timeline import route_phases, simulated
 from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan
 from optuav.plan.data import CANNOT
+from optuav.presentation.numbers import figure, typed
 from optuav.solving.assemble import quantities
 from optuav.solving.balance import TIMES
 from optuav.solving.constraint_words import words
@@ -74,8 +75,8 @@ def plan_for(
             begin_As = float(vehicle.start(mission).total_As)
             refused_As = begin_As + sum(phase.charge_As for phase in flown) - left_As
             if refused_As > ROUNDED_SOC * capacity_As and not packs.takes_turns:
-                refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
-                only = "only the state of charge battery counts that"
+                refused = f"the {figure(refused_As)} A s that the full battery refused are lost"
+                only = "only the perspective battery counts that"
                 notes.append(f"charging slowed down near full, it tapers: {refused}; {only}")
         hover_s = sum(phase.duration_s for phase in flown if phase.kind == "hover")
         found = {"objective": hover_s, "objective_unit": "s", **found, "phases": flown, "soc": soc}
@@ -124,7 +125,7 @@ def plan_of(
     if min(hover_s, rest_s) < 0.0:
         reason = "must be at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
-        raise InputError([Fault(name, f"{t:g}", reason) for name, t in times if t < 0.0])
+        raise InputError([Fault(name, typed(t), reason) for name, t in times if t < 0.0])
     network, notes = _with_unknowns(network, point)
     if part.rests and rest_s == 0.0:
         approached = "; with T' > 0, as in printed (P4), this limit is approached but not attained"
@@ -152,7 +153,9 @@ def _keys_by_name() -> dict[str, str]:
     for key in numeric_keys():
         stem, _, axis = key.replace(".", "_", 1).partition("[")
         keys[f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem] = key
-    return keys | {each.name: key for each in QUANTITIES if (key := each.metadata["key"])}
+    return keys | {
+        quantity.name: key for quantity in QUANTITIES if (key := quantity.metadata["key"])
+    }
 
 
 def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]:

@@ -25,6 +25,7 @@ from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.network.variants import as_variants
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
+from optuav.presentation.numbers import figure
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.sequences import patterns, sequences
@@ -146,14 +147,14 @@ def _every_sequence(
 
     Each route has the rest on its best building.
     """
-    question, known = program.question, terrain(network)
-    net = stay_net(network, np.arange(FIRST_BUILDING, len(known.duration_s)))
+    question, town = program.question, terrain(network)
+    net = stay_net(network, np.arange(FIRST_BUILDING, len(town.duration_s)))
     gain = net.current_A if question.perspective == "battery" else net.power_W
     # Behind the last stop of a sequence stands −1, which takes the last entry: no place.
     worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain, [-np.inf]])
     columns, count = [np.zeros((rests + hovers + 2, 0), dtype=np.intp)], 0
     for pattern in patterns(rests, hovers):
-        for boxes in sequences(known, pattern):
+        for boxes in sequences(town, pattern):
             rows = np.full((rests + hovers + 2, len(boxes)), -1, dtype=np.intp)
             rows[: len(boxes.places)] = boxes.places
             columns.append(rows)
@@ -198,11 +199,11 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
     open_ = {"bound": found.bound_s} if status is Status.FEASIBLE else {}
     if found.ended:
-        left = f"a gap of {gap_s:.3g} s is left"
+        left = f"a gap of {figure(gap_s, 3)} s is left"
         notes.append(f"the search {found.ended}; not proved to be best, {left}")
     if one:
-        known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
-        return one.model_copy(update=known | open_)
+        edits = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
+        return one.model_copy(update=edits | open_)
     if stops is None:
         none = "without a plan or proof that none exists"
         message = f"the search {found.ended} {none}: {none_longer}"

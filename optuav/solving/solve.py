@@ -18,6 +18,7 @@ from optuav.network.network import Network
 from optuav.network.variants import as_variants
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
+from optuav.presentation.numbers import seconds
 from optuav.solving.device_routes import network_for
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, best_plan, declared_program
@@ -57,7 +58,7 @@ def formulate(
     Returns
     -------
     Program
-        The declared models; without any, and with reasons, where nothing can be flown.
+        The declared models; none, and the reasons, if nothing can be flown.
 
     Raises
     ------
@@ -100,33 +101,35 @@ def solve(
         A mission, the name of a shipped one, or the path of a mission file.
     problem
         `P1` (longest hover over all routes of a trajectory), `P2` (shortest flight and rest), `P3`
-        (direct, no rest), `P4` (one rest on a building) or an instance of one's own `Formulation`.
+        (direct, no rest), `P4` (one rest on a building) or an instance of your own `Formulation`.
         ``"P1"``, ``"P2"``, ``"P2-tight"`` and ``"P3"`` stand for these with their defaults.
     perspective
-        ``"available"``: the battery never runs dry nor is overcharged, and charge counts its
-        content at the end; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which check
-        only the end; ``"wells"``: as ``"battery"``, but step by step through both wells.
+        ``"available"``: the available well never runs dry nor past full, and charge counts the
+        content of both wells at the end; ``"battery"``, ``"energy"`` or ``"adjusted"``: the
+        paper's, which check only the end; ``"wells"``: as ``"battery"``, but step by step through
+        both wells.
     slot_s
         Length of the time slots [s], 0.001 to 1e7; None for continuous times.
     engine
         ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
-        `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
-        that takes the model; or an engine with options, such as ``Cvxpy(solver="clarabel")``.
+        `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, otherwise the
+        first engine that accepts the model; or an engine with options, such as
+        ``Cvxpy(solver="clarabel")``.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
         Time limit of the engine [s], > 0 and at most 1e9; None for no limit.
     progress
-        Called while several stops are searched for, with the best hover time so far [s] and the
-        numbers of boxes of durations examined and open.
+        Callback for progress in the search for several stops: receives the best hover time so far
+        [s] and the numbers of boxes of durations examined and open.
 
     Returns
     -------
     Plan
-        The best plan. Among plans with the same objective (to what 1e-6 s are worth) the one with
-        the shortest mission, then the fewest stops, then the building that comes first in the
-        mission, then resting first; and the smallest rest that its hover time allows. Without a
-        feasible plan, one that says why.
+        The best plan. Among plans with the same objective (to what 1e-6 s are worth), it has the
+        shortest mission, then the fewest stops, then the building that comes first in the mission,
+        then the rest first; and it has the shortest rest that its hover time allows. If no plan is
+        feasible, the result says why.
 
     Raises
     ------
@@ -166,7 +169,9 @@ def _calm_words(calm: Mission, question: Question) -> str:
     except SolverError as error:
         return f"the plan in calm air is not known: {error}"
     return (
-        f"the plan in calm air hovers {plan.hover_time_s:.2f} s" if plan else "calm air allows none"
+        f"the plan in calm air hovers {seconds(plan.hover_time_s)}"
+        if plan
+        else "calm air allows none"
     )
 
 

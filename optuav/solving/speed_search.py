@@ -36,7 +36,7 @@ from optuav.solving.best_plans import bracketed, hover_bounds_s
 from optuav.solving.maximise import Lengths, Point, maximise
 from optuav.status import SAME_S
 
-ROUNDS, PARTS = 13, 16  # A price is known to one part in 16¹³
+REFINEMENTS, PARTS = 13, 16  # A price is known to one part in 16¹³
 FIRST = 32  # Routes that are priced at first: as fast as one
 RULES = ("best-range", "best-endurance", "max")
 LENGTHS, SLOWEST = Lengths(0.1, 0.01, 1e-8), 1e-6  # Shares of the largest speed of a segment
@@ -195,7 +195,7 @@ class RoutePricing:
         in_time, lasts = self.lasts(*cap), self.lasts(*self.flown(least_A))
         low, high = np.zeros(len(lasts)), np.where(lasts, 1.0, 0.0)
         parts = np.linspace(0.0, 1.0, PARTS + 1)[1:-1, None]
-        for _ in range(ROUNDS):
+        for _ in range(REFINEMENTS):
             share_of = low + (high - low) * parts
             lasts = self.lasts(*self.flown(least_A + scale_A * share_of / (1.0 - share_of)))
             step, passed = (high - low) / PARTS, lasts.sum(axis=0)
@@ -249,7 +249,7 @@ def _budget(
 
     def of_routes(given: Quantities) -> Balance:
         values = (*affine_charge(given, perspective), given.time_left)
-        columns = (np.broadcast_to(each, (len(network.routes), 1)) for each in values)
+        columns = (np.broadcast_to(value, (len(network.routes), 1)) for value in values)
         return Balance(*(column[routes, 0] for column in columns))
 
     loaded, whole = map(of_routes, (table, without))
@@ -334,7 +334,7 @@ class SpeedSearch:
                 break
             points = self.of_route(route).starts(float(prices.price_A[0]))
             hover_s = self._tried(route, points, 0.0).tolist()
-            starts += [Point(each, route, at) for each, at in zip(hover_s, points, strict=True)]
+            starts += [Point(time_s, route, at) for time_s, at in zip(hover_s, points, strict=True)]
         return [point for point in starts if point.value >= 0.0]
 
     def tops(self) -> list[Point]:

@@ -20,6 +20,7 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import stay_net
 from optuav.network.variants import as_variants
 from optuav.options import Perspective
+from optuav.presentation.numbers import figure
 from optuav.search.branch import TIE_S, SearchResult
 from optuav.search.dual_simplex import dual_simplex
 from optuav.search.plans import Stops
@@ -52,7 +53,7 @@ def longest_by_charge(
     """
     by_end = replace(network, mission=network.mission.replace({"limits.keep_soc": "end"}))
     bounds_s = longest_by_balance(balance(as_variants(by_end), perspective))[:, 0]
-    known = _sequences(by_end, places, perspective)
+    sequences = _sequences(by_end, places, perspective)
     latest = time.monotonic() + (np.inf if time_limit_s is None else time_limit_s)
     hover_s, longest_s = np.full(len(bounds_s), -np.inf), -np.inf
     bound_s, ended = -np.inf, ""
@@ -63,16 +64,16 @@ def longest_by_charge(
         some = some[bounds_s[some] >= longest_s - TIE_S]
         if not len(some):
             break
-        if time.monotonic() > latest:
-            bound_s, ended = float(bounds_s[some[0]]), f"ended after {time_limit_s:g} s"
+        if time_limit_s is not None and time.monotonic() > latest:
+            bound_s, ended = float(bounds_s[some[0]]), f"ended after {figure(time_limit_s)} s"
             break
-        hover_s[some] = _longest_hovers(known, some, longest_s - 2.0 * TIE_S)
+        hover_s[some] = _longest_hovers(sequences, some, longest_s - 2.0 * TIE_S)
         longest_s = max(longest_s, float(hover_s[some].max()))
     best = None
     if longest_s > -np.inf:
         number = int(np.flatnonzero(hover_s >= longest_s - TIE_S)[0])
-        stays_s = _short_rests(known, number, float(hover_s[number]))
-        hovered_s = float(stays_s[known.hovers[: len(stays_s), number]].sum())
+        stays_s = _short_rests(sequences, number, float(hover_s[number]))
+        hovered_s = float(stays_s[sequences.hovers[: len(stays_s), number]].sum())
         best = Stops(places[places[:, number] >= 0, number], stays_s, hovered_s, number)
     return SearchResult(best, max(bound_s, longest_s), ended)
 
@@ -113,8 +114,8 @@ def _longest_hovers(known: _Sequences, numbers: Integers, enough_s: float) -> Fl
     for pattern in np.unique(hovers, axis=1).T:
         alike = (hovers == pattern[:, None]).all(axis=0)
         rows, limits = _programmes(known, numbers[alike])
-        found = dual_simplex(rows, limits, pattern.astype(float), np.full(alike.sum(), enough_s))
-        longest_s[alike] = np.where(found.complete, found.value, -np.inf)
+        bounded = dual_simplex(rows, limits, pattern.astype(float), np.full(alike.sum(), enough_s))
+        longest_s[alike] = np.where(bounded.complete, bounded.value, -np.inf)
     return longest_s
 
 

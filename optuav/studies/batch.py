@@ -88,7 +88,7 @@ def batch_arrays(
     Parameters
     ----------
     mission
-        One, by its name or path too, or several.
+        A mission, its name or path, or several of these.
     ranges, paired
         Values by key, or of ``"buildings"``, and whether those with the same place belong together;
         `optuav.batch` says more.
@@ -98,10 +98,10 @@ def batch_arrays(
     Returns
     -------
     dict
-        By name the values of every key, and what `optuav.batch` calls variables. Their axes are
-        one for several perspectives, one for several missions or layouts, and one for every key,
-        in their order; paired values have one axis instead of the latter two kinds. The words for
-        the numbers in `building`, `order`, `status` and `reason` are under the same names with
+        The values of every key by name, and the variables of `optuav.batch`. Their axes are one for
+        several perspectives, one for several missions or layouts, and one for every key, in this
+        order; paired values have a single axis instead of the last two kinds. The words for the
+        numbers in `building`, `order`, `status` and `reason` are under the same names with
         ``_words``, as in ``found["reason_words"][found["reason"]]``.
 
     Raises
@@ -146,7 +146,7 @@ def batch(
         numeric key of a mission, places and forces by component as ``"link.device_m[0]"``. A new
         value removes what depends on the old one, like `Mission.replace`. One mission also takes
         ``"buildings"``, whole layouts: an array (layout, building, 3) of the positions [m] of all
-        its buildings, which keep their names and take their footprints along.
+        its buildings, which keep their names; footprints move with their buildings.
     problem, perspective
         The problem, and how charge counts, as for `optuav.solve`; or several of these.
     paired
@@ -163,9 +163,9 @@ def batch(
         ``flight_time_s`` and ``mission_time_s`` [s] of the best plan; ``soc_battery``,
         ``soc_energy`` and ``soc_adjusted``, the state of charge at its end [-]; and as numbers,
         whose words are in the attributes ``flag_meanings`` and ``words``: ``building`` and
-        ``order`` of its route (−1 and 0 for none; of several rests the first), ``status``, and
-        ``reason``, why it has no plan (0 with a plan). ``proved`` is true if it is certain that no
-        plan is better, or that none exists. ``objective`` and ``bound`` are as in a `Plan`.
+        ``order`` of its route (−1 and 0 without a rest; of several rests the first), ``status``,
+        and ``reason``, why it has no plan (0 with a plan). ``proved`` is true if it is proved that
+        no plan is better, or that none exists. ``objective`` and ``bound`` are as in a `Plan`.
         Without a plan times, charges and objective are NaN. Answers equal those from
         `optuav.solve`, its tie rule included.
 
@@ -332,10 +332,10 @@ def _stacked(
     """
     first = 0
     while first < len(every):
-        one, asked, last = every[first], questions[first], first + 1
+        one, wanted, last = every[first], questions[first], first + 1
         many = one.count * (1 + 2 * len(one.mission.buildings)) > ITINERARIES_AT_ONCE
-        if not many and all(_as_arrays(one.mission, question) for question in asked):
-            while last < len(every) and questions[last] == asked and _alike(one, every[last]):
+        if not many and all(_as_arrays(one.mission, question) for question in wanted):
+            while last < len(every) and questions[last] == wanted and _alike(one, every[last]):
                 last += 1
         if len(group := every[first:last]) > 1:
             rows = [scenarios.rows for scenarios in group if isinstance(scenarios.rows, Mapping)]
@@ -343,7 +343,7 @@ def _stacked(
             columns = {key: np.concatenate([row[key] for row in rows]) for key in keys}
             towns = tuple(scenarios.mission.buildings for scenarios in group)
             one = Scenarios(one.mission, columns, one.grid, towns)
-        yield first, one, asked
+        yield first, one, wanted
         first = last
 
 

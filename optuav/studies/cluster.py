@@ -105,8 +105,8 @@ def _called(
     left, number_of = iter(numbers), dict[str, int]()
     ended = as_completed(loop=client.loop)
     try:
-        known = with_registered(function)  # A script may have registered things of its own
-        shared = client.submit(lambda: known, pure=False)  # Sent to each worker once
+        equipped = with_registered(function)  # A script may have registered things of its own
+        shared = client.submit(lambda: equipped, pure=False)  # Sent to each worker once
         while True:
             most = AHEAD + 2 * sum(client.nthreads().values())  # Fewer where workers have left
             for number in islice(left, max(0, most - len(number_of))):

@@ -85,13 +85,14 @@ def compare(
 
     By method, P3, P4 for every building and order, and P1 are solved by the bracket, by CasADi, and
     for each length of slot by the exhaustive grid of Algorithm 1 of the paper. The paper's own
-    perspectives are linear: there the closed form takes the place of the bracket, CVXPY joins with
-    linear programmes, and integer ones in slots, where the one for (P1) also chooses the route,
-    and CasADi goes through both wells in ``"battery"``. An answer in continuous times agrees if it
-    is the first engine's, one in slots if it is within the bound of the theory and the grid's.
+    perspectives are linear. There the closed form replaces the bracket, CVXPY solves linear
+    programmes, and with slots integer ones, of which the one for (P1) also chooses the route, and
+    CasADi simulates both wells in ``"battery"``. An answer in continuous times agrees if it equals
+    the first engine's; an answer in slots agrees if it is within the bound of the theory and equals
+    the grid's.
 
     By perspective, trajectory or schedule, P1 is solved for each of them. By speed, it is solved at
-    the named speeds and at free ones, which CasADi and a grid of all speeds seek as well.
+    the named speeds and at free ones, for which CasADi and a grid of all speeds also search.
 
     Parameters
     ----------
@@ -101,8 +102,8 @@ def compare(
         ``"method"``; ``"perspective"``, ``"trajectory"`` or both; ``"schedule"`` of the packs; or
         ``"speed"`` of the legs.
     perspective
-        How to count charge, as for `optuav.solve` but for ``"wells"``; None for ``"available"``,
-        which always holds by schedule.
+        How to count charge, as for `optuav.solve` except ``"wells"``; None for ``"available"``,
+        which is the only one by schedule.
     slots_s
         Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60,
         or 10 and 60 with several devices, which have many more routes; else one, by default
@@ -117,19 +118,20 @@ def compare(
     times
         By method: whether to add a column of the times taken, which differ from run to run.
     progress
-        Called before each problem, or else each plan, with how many are done, how many there are,
-        and what comes.
+        Callback for progress before each problem or plan: receives the number done, their total,
+        and words on the next one.
     workers
-        By method: how many processes share the work, 1 to 1000; the results are the same. More than
-        one import the main module again, which must not compare unless it is run as a script.
+        By method: number of processes that share the work, 1 to 1000; the results are the same.
+        Several processes import the main module again, which must call `compare` only if it is run
+        as a script.
 
     Returns
     -------
     Comparison
-        By method one row a problem and method, with the gap to the optimum in continuous times and
-        whether it agrees; else one row a plan, with whether a simulation finds it flyable. By
-        method ``agrees``, ``disagreements`` and ``failures`` say so of all answers, and ``reasons``
-        why there is no plan; else ``by`` is what was compared.
+        By method, one row per problem and method, with the gap to the optimum in continuous times
+        and whether it agrees; ``agrees``, ``disagreements`` and ``failures`` summarise all answers,
+        and ``reasons`` say why there is no plan. Otherwise, one row per plan, with whether a
+        simulation finds it flyable; ``by`` names what was compared.
 
     Raises
     ------
@@ -137,7 +139,7 @@ def compare(
         If an argument is out of range or does not go with `by`, all faults at once; or by method
         under ``"available"`` for packs that take turns or a charge that tapers.
     SolverError
-        If an engine fails, other than by method, where the table says so.
+        If an engine fails; by method, the table says so instead.
 
     Examples
     --------
@@ -162,7 +164,7 @@ def compare(
     refuse(faults)
     counted = perspective or AVAILABLE
     if names == ("method",):
-        rest = "or another perspective: under available not all engines take it"
+        rest = "or another perspective: under available not all engines accept it"
         options = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
         others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
         refuse(Fault(f"battery.{n}", shown(own), f"{only!r}, {rest}") for n, own, only in others)

@@ -21,7 +21,7 @@ from optuav.modelling.forms import excess
 from optuav.options import ORDERS, ORDERS_OF_SEVERAL, Perspective
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Heading, Note, Table
-from optuav.presentation.numbers import NONE, figure, fixed
+from optuav.presentation.numbers import NONE, figure, fixed, seconds
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
 from optuav.studies.processes import run_tasks
@@ -126,8 +126,8 @@ class MethodComparison(Comparison):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the verdict, gaps by problem, what each method is worth, and how it knows."""
-        name, known = self.mission.name, f"{self.perspective}, by every method"
-        yield Heading(f"{name}: longest hover Δ, {known}")
+        name, question = self.mission.name, f"{self.perspective}, by every method"
+        yield Heading(f"{name}: longest hover Δ, {question}")
         feasible = any(row["hover_time_s"] is not None for row in self.rows)
         yield Note([*self._verdict(feasible)])
         if feasible:
@@ -156,7 +156,7 @@ class MethodComparison(Comparison):
             yield f"The theory has no bound where {why}."
         lengths_s = {row["slot_s"] for row in self.rows if row["slot_s"]}
         if self.mission.devices and lengths_s == {*SLOTS_OF_SEVERAL_S}:
-            lengths = " and ".join(f"{slot_s:g}" for slot_s in SLOTS_OF_SEVERAL_S)
+            lengths = " and ".join(figure(slot_s) for slot_s in SLOTS_OF_SEVERAL_S)
             yield f"With several devices, slots of {lengths} s are compared by default."
 
     def _gaps(self) -> Table:
@@ -171,7 +171,7 @@ class MethodComparison(Comparison):
             best_s = cells[problem, None]["hover_time_s"]
             agree = "NO" if False in verdicts else "?" if None in verdicts else "yes"
             rows.append([problem, fixed(best_s, 3), *gaps, agree])
-        heads = ["problem", "Δ [s]", *(f"{slot_s:g} s" for slot_s in slots_s), "agree"]
+        heads = ["problem", "Δ [s]", *(f"{figure(slot_s)} s" for slot_s in slots_s), "agree"]
         above = "Δ in continuous times; below each length of slot, how much of it is lost [s]"
         return Table(heads, rows, gap=1, above=above)
 
@@ -191,23 +191,23 @@ class MethodComparison(Comparison):
                 short = figure(abs(gap_s), 1)
                 gap = fixed(gap_s) if abs(gap_s) >= 0.01 else short
             agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
-            took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
+            took = (fixed(sum(cell["time_s"] for cell in cells)) for _ in times)
             reference = method == self.rows[0]["method"]
             rows.append([method, "reference" if reference else gap, limit, agree, *took])
             for row in solved:  # One line for methods that differ only in their slots
-                kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
+                kind = method.removesuffix(f" {figure(row['slot_s'] or 0.0)} s")
                 proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
         yield Table(["method", "largest gap [s]", "its bound [s]", "agree", *times], rows)
-        known = [
+        notes = [
             f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
             for kind, words in proofs.items()
         ]
         relaxed = [row["relaxation_s"] for row in self.rows if row["relaxation_s"] is not None]
-        if limits := " or ".join(dict.fromkeys(f"{bound_s:.3f} s" for bound_s in relaxed)):
-            known.insert(
+        if limits := " or ".join(dict.fromkeys(seconds(bound_s, 3) for bound_s in relaxed)):
+            notes.insert(
                 0, f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
             )
-        yield Note(known)
+        yield Note(notes)
 
     def pictures(self) -> Pictures:
         """Yield what slots cost, by their length."""
@@ -225,7 +225,7 @@ class MethodComparison(Comparison):
         if lost:
             # A stable order: of slots of one length, the problems as in the rows
             bars = [
-                plots.Bar(f"{slot_s:g} s", problem, lost[slot_s, problem])
+                plots.Bar(f"{figure(slot_s)} s", problem, lost[slot_s, problem])
                 for slot_s, problem in sorted(lost, key=lambda key: key[0])
             ]
             level = plots.Mark(100.0 * max(bounds), "bound of the theory") if bounds else None
@@ -329,7 +329,10 @@ def _methods(
     methods = [("closed form", "closed-form", None), ("bracket", "bracket", None)]
     methods += [("LP", "cvxpy", None), ("CasADi wells" if wells else "CasADi", "casadi", None)]
     for slot_s in map(float, slots_s):
-        methods += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
+        methods += [
+            (f"grid {figure(slot_s)} s", "grid", slot_s),
+            (f"MILP {figure(slot_s)} s", "cvxpy", slot_s),
+        ]
     for name, engine, length_s in methods:
         if engine in engines:
             counted_by: Perspective = "wells" if wells and engine == "casadi" else perspective
@@ -438,18 +441,18 @@ def _judge(
         row["gap_s"] = best_s - hover_s
     if slot_s is None:
         if hover_s is None:
-            row["agrees"], row["words"] = False, f"no plan, but one with Δ = {best_s:.6g} s"
+            row["agrees"], row["words"] = False, f"no plan, but one with Δ = {figure(best_s)} s"
             return
         row["agrees"] = abs(best_s - hover_s) <= allowance_s
-        row["words"] = f"{abs(best_s - hover_s):.3g} s from the {reference}"
+        row["words"] = f"{figure(abs(best_s - hover_s), 3)} s from the {reference}"
         return
     slots, row["why"] = bounds[slot_s]
     row["largest_gap_s"] = largest_s = None if slots is None else slots * slot_s
     gap_s = best_s - (hover_s or 0.0)  # where no slots fit, all of the hover is lost
     within = largest_s is None or gap_s <= largest_s + allowance_s
-    limit = "no bound" if largest_s is None else f"bound {largest_s:g} s"
+    limit = "no bound" if largest_s is None else f"bound {figure(largest_s)} s"
     row["agrees"] = within and gap_s >= -allowance_s
-    row["words"] = f"{gap_s:.6g} s below continuous times, {limit}: {row['why']}"
+    row["words"] = f"{figure(gap_s)} s below continuous times, {limit}: {row['why']}"
 
 
 def _note_mismatch(row: MethodAnswer, other: MethodAnswer) -> None:
@@ -460,7 +463,7 @@ def _note_mismatch(row: MethodAnswer, other: MethodAnswer) -> None:
     apart_s = inf if hover_s is None or other_s is None else abs(hover_s - other_s)
     if apart_s <= row["allowance_s"]:
         return
-    answer = "no plan" if other_s is None else f"Δ = {other_s:.6f} s"
+    answer = "no plan" if other_s is None else f"Δ = {seconds(other_s, 6)}"
     row["agrees"], row["words"] = False, f"{other['method']} finds {answer}"
 
 

@@ -6,13 +6,13 @@ from typing import NotRequired, TypedDict
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
-from optuav.judge.course import TOLERANCE
+from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission import Mission
 from optuav.options import SCHEDULES, Perspective, Schedule, Trajectory
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in
 from optuav.presentation.blocks import Block, Heading, Note, Table
-from optuav.presentation.numbers import fixed
+from optuav.presentation.numbers import figure, fixed, seconds
 from optuav.solving import solve
 from optuav.studies.compare_methods import Progress
 from optuav.studies.results import ComparedAnswer, Comparison, Pictures, longest_of
@@ -128,20 +128,20 @@ class PlanComparison(Comparison):
         yield Table(heads, rows, len(words), 1)
         if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
             yield Note(meanings)
-        known = list[str]()
+        lines = list[str]()
         for proof in dict.fromkeys(map("; ".join, proofs.values())):
-            names = (name for name, each in proofs.items() if "; ".join(each) == proof)
-            known.append(f"{', '.join(names)}: {proof}")
+            names = (name for name, parts in proofs.items() if "; ".join(parts) == proof)
+            lines.append(f"{', '.join(names)}: {proof}")
         reasons = dict.fromkeys(reason for row in self.rows for reason in row["reasons"])
-        yield Note([*known, *(f"Because {reason}" for reason in reasons)])
+        yield Note([*lines, *(f"Because {reason}" for reason in reasons)])
 
     def _names(self) -> Iterator[str]:
         """Yield the name of each row: what differs between the rows."""
         labels = [_label(row) for row in self.rows]
         differ = [len({*column}) > 1 for column in zip(*labels, strict=True)]
         for label in labels:
-            own = [word for word, counts in zip(label, differ, strict=True) if counts]
-            yield " ".join(own) or label[-1]
+            words = [word for word, counts in zip(label, differ, strict=True) if counts]
+            yield " ".join(words) or label[-1]
 
     def pictures(self) -> Pictures:
         """Yield the wells of the packs by schedule, or the hover times by all else."""
@@ -196,8 +196,8 @@ def compare_plans(
             "route": plan.route if plan else (),
         }
         if by_schedule:
-            known = plan and plans[0]
-            row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if known else None
+            comparable = plan and plans[0]
+            row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if comparable else None
         rows.append(row)
     return PlanComparison(
         mission=mission, rows=tuple(rows), by=by, slot_s=slot_s, plans=tuple(plans)
@@ -236,7 +236,7 @@ def _label(row: ComparedSetting) -> tuple[str, ...]:
     if "schedule" not in row:
         return row["perspective"], row["trajectory"]
     period_s = row["period_s"]
-    return (row["schedule"] + (f" {period_s:g} s" if period_s else ""),)
+    return (row["schedule"] + (f" {figure(period_s)} s" if period_s else ""),)
 
 
 def _flies(row: PlanAnswer, min_soc: float) -> str:
@@ -244,9 +244,9 @@ def _flies(row: PlanAnswer, min_soc: float) -> str:
     if row["flyable"] is None or row["flyable"]:
         return "–" if row["flyable"] is None else "yes"
     moments = {"dry": row["runs_dry_s"], "full": row["overfull_s"]}
-    known = [(moment_s, word) for word, moment_s in moments.items() if moment_s is not None]
-    if known:
-        first_s, word = min(known)
-        return f"{word} {first_s:.0f} s"
+    ends = [(moment_s, word) for word, moment_s in moments.items() if moment_s is not None]
+    if ends:
+        first_s, word = min(ends)
+        return f"{word} {seconds(first_s, 0)}"
     soc = row["soc_battery"]
-    return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
+    return "low" if soc is not None and soc < min_soc - JUDGE_TOLERANCE else "no"

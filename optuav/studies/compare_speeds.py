@@ -28,7 +28,7 @@ SPEED_UNITS = {
     "status": "",
 }
 GRID = 20_000  # Most points of the grid of speeds
-STEPS = 120  # Speeds of the picture
+SPEEDS_DRAWN = 120  # Speeds of the picture
 SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
 
 
@@ -66,7 +66,7 @@ class SpeedComparison(Comparison):
         yield Note([longest_of([(row["method"].replace(", ", " by "), row) for row in self.rows])])
         rows = list[list[str]]()
         for row in self.rows:
-            speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"
+            speeds = ", ".join(fixed(speed_m_s) for speed_m_s in row["speeds_m_s"]) or "–"
             gain = fixed(row["brings_s"], 3, otherwise="–", sign="+")
             rows.append([row["method"], fixed(row["hover_time_s"], 3), gain, speeds, row["status"]])
         yield Table(["speed", "Δ [s]", "gain [s]", "legs [m/s]", "answer"], rows, last=2)
@@ -79,7 +79,7 @@ class SpeedComparison(Comparison):
         from optuav.plots.style import titled
 
         most_m_s = self.route.largest_m_s
-        speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
+        speeds: Floats = np.linspace(SLOWEST, 1.0, SPEEDS_DRAWN) * most_m_s.max()
         points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
         hovers_s = self.route.hover_times_s(points, 0.0, self.perspective)
         flown = np.isfinite(hovers_s)
@@ -94,7 +94,9 @@ class SpeedComparison(Comparison):
             title=titled(self.mission.name, "hover by the speed of the legs"),
             x_label="ground speed $V$ [m/s]",
             y_label="hover time Δ [s]",
-            marks=[Mark(float(x), f"{words}: {float(x):.1f} m/s") for words, x in named.items()],
+            marks=[
+                Mark(float(x), f"{words}: {fixed(float(x), 1)} m/s") for words, x in named.items()
+            ],
         )
         yield "speeds.png", ax
 
@@ -115,9 +117,11 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> SpeedCompariso
     }
     plan = plans["free"] = free.solve()
     answers = list[tuple[str, float | None, tuple[float, ...], str]]()
-    for method, each in plans.items():
-        flown = tuple(speed for leg in each.speeds_m_s for speed in leg) if each else ()
-        answers.append((method, each.hover_time_s if each else None, flown, each.status.value))
+    for method, answer in plans.items():
+        flown = tuple(speed for leg in answer.speeds_m_s for speed in leg) if answer else ()
+        answers.append(
+            (method, answer.hover_time_s if answer else None, flown, answer.status.value)
+        )
     route: RouteSpeeds | None = None
     if plan:
         solutions = free.answers()

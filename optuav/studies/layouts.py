@@ -15,6 +15,7 @@ from optuav.errors import Fault, collected, refuse
 from optuav.fields import MOST_ITEMS, Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
+from optuav.presentation.numbers import typed
 from optuav.studies.samples import SEED
 
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
@@ -51,16 +52,16 @@ def layouts(
 ) -> list[Mission]:
     """Make missions with random buildings instead of the mission's own.
 
-    Buildings that would stand around the origin, the destination or the laser are left out; the
-    kind ``"uniform"`` draws them again. Their names are r1, r2, … in the order of drawing,
-    in rows along x from the lowest y on.
+    Buildings that would contain the origin, the destination or the laser are left out; the kind
+    ``"uniform"`` draws them again. Their names are r1, r2, … in the order of drawing, in rows along
+    x from the lowest y on.
 
     Parameters
     ----------
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     count
-        Number of layouts, 1 to 1e6. The first of them are the same for any number.
+        Number of layouts, 1 to 1e6. The first layouts are the same for any number.
     kind
         ``"uniform"``: square buildings anywhere in the area, which may overlap; ``"grid"``: square
         buildings at equal distances; ``"manhattan"``: a grid with the statistics of ITU-R P.1410
@@ -140,7 +141,7 @@ def layouts(
         expected = float(np.prod((high_m - low_m) / step_m))
         if expected > MOST_ITEMS:
             words = f"at most {MOST_ITEMS} buildings in the area"
-            refuse([Fault("per_km2", f"{options['per_km2']:g}", words)])
+            refuse([Fault("per_km2", typed(options["per_km2"]), words)])
     missions = []
     for number in range(count):
         draw = np.random.default_rng([seed, number])

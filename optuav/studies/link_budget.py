@@ -22,7 +22,7 @@ from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import build_places
 from optuav.network.prisms import prisms
 from optuav.presentation.blocks import Block, Note, Table
-from optuav.presentation.numbers import figure
+from optuav.presentation.numbers import coordinates, figure
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
@@ -61,8 +61,7 @@ class LinkBudget(Presented):
         Distance from the laser [m], and whether no building is in between. The figures below are
         for clear sight.
     light_W, after_aperture_W, air
-        Light out of the source and behind its aperture [W], and the share that the air lets
-        through [-].
+        Light that leaves the source and its aperture [W], and the share that the air transmits [-].
     share, on_receiver_W
         Mean share of the arriving light on the receiver [-], and that light [W], before limits.
     dc_W, current_A
@@ -70,7 +69,7 @@ class LinkBudget(Presented):
     peak_irradiance_W_m2
         Mean irradiance on the axis, at the place [W/m²].
     limit
-        Key and value of the limit that lowers the power; None where none does.
+        Key and value of the limit that lowers the power; None if no limit does.
     hazard_distance_m, eye_limit_W_m2
         Distance where the beam falls to the limit for the eye [m], and that limit [W/m²]; NaN
         if none is known. This is not a safety assessment.
@@ -109,8 +108,8 @@ class LinkBudget(Presented):
     def reach_m(self, dc_W: float) -> float:
         """Return the largest distance [m] with at least this DC power [W].
 
-        It lies on the line to the place, in clear sight; 0 where no distance gives the power,
-        infinite where all do. Raises `InputError` for a number beyond ±1e9.
+        The distance is along the line to the place, in clear sight: 0 if no distance delivers the
+        power, infinite if every distance does. Raises `InputError` for a number beyond ±1e9.
         """
         refuse(misfits(("dc_W", dc_W, POWER)))
         return self.beam.reach_m(dc_W, self.charging_limit_W)
@@ -169,7 +168,7 @@ class LinkBudget(Presented):
         from optuav.plots.charts import waterfall
         from optuav.plots.style import titled
 
-        title = titled(self.place, "power from the laser", f"{self.distance_m:.4g} m away")
+        title = titled(self.place, "power from the laser", f"{figure(self.distance_m, 4)} m away")
         return waterfall(self.stations(), title=title, ax=ax)
 
 
@@ -207,11 +206,11 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     """
     mission = load(mission)
     if not isinstance(beam := mission.beam, SpreadingBeam):
-        able = [shown(name) for name, each in BEAMS.items() if issubclass(each, SpreadingBeam)]
-        words, stated = f"must be {' or '.join(able)}, a beam that spreads", ""
+        able = [shown(name) for name, kind in BEAMS.items() if issubclass(kind, SpreadingBeam)]
+        words, value = f"must be {' or '.join(able)}, a beam that spreads", ""
         if mission.laser and mission.laser.beam:
-            stated = shown(mission.laser.beam)
-        raise InputError([Fault("laser.beam", stated, words if stated else f"is missing; {words}")])
+            value = shown(mission.laser.beam)
+        raise InputError([Fault("laser.beam", value, words if value else f"is missing; {words}")])
     name, number, place_m = _place(mission, at)
     away_m = float(vehicle.laser_distance_m(mission, place_m))
     chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)
@@ -261,4 +260,4 @@ def _place(mission: Mission, at: Any) -> tuple[str, int, tuple[float, float, flo
         words = "the name of a place, or its x, y and z, each"
         raise InputError([Fault("at", shown(at), f"{words} {COORDINATE.words}")])
     x, y, z = map(float, components)
-    return f"({x:g}, {y:g}, {z:g}) m", CLEAR, (x, y, z)
+    return f"{coordinates((x, y, z))} m", CLEAR, (x, y, z)

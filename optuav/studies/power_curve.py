@@ -16,13 +16,14 @@ from optuav.flight.model import FLIGHTS, FlightModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import several, shown
 from optuav.presentation.blocks import Block, Facts, Heading, Table
+from optuav.presentation.numbers import fixed
 from optuav.studies.results import Pictures, Result
 
 POWER_UNITS = {"speed_m_s": "m/s", "rotor_power_W": "W", "battery_power_W": "W", "current_A": "A"}
 POWER_HEADS = dict(
     zip(POWER_UNITS, ("speed", "rotor power", "battery power", "current"), strict=True)
 )
-STEPS = 100  # Intervals up to the cap, if no speeds are given
+SPEED_STEPS = 100  # Intervals up to the cap, if no speeds are given
 PRINTED = 11  # Most rows of the printed table
 FASTEST_M_S = 1e6
 SPEEDS = "numbers, 0 <= x <= 1e6 [m/s], at least one"
@@ -45,9 +46,10 @@ class PowerCurve(Result):
     ----------
     speeds_m_s, rotor_power_W, battery_power_W, current_A
         (speed,) air speeds [m/s], the power at the rotors [W] (also `power_W`), and the power [W]
-        and the current [A] of the battery; it delivers more by 1 over ``flight.efficiency``.
+        and the current [A] of the battery. The battery's power is the rotors' divided by
+        ``flight.efficiency``.
     hover_power_W
-        At the rotors, in the mission's wind [W].
+        Power of the hover at the rotors, in the mission's wind [W].
     best_endurance_m_s, best_endurance_power_W, best_range_m_s, best_range_power_W
         Air speeds of least power and of least energy per metre, up to ``flight.max_speed_m_s``, in
         air at rest [m/s], and the power at the rotors there [W].
@@ -105,16 +107,21 @@ class PowerCurve(Result):
     def blocks(self) -> Iterator[Block]:
         """Yield the hover, the speeds that stand out, and a table of the curve."""
         yield Heading(f"Power over air speed: {printable(self.mission.name)}")
-        hover = f"{self.hover_power_W:.2f} W", "at the rotors, in the mission's wind"
+        hover = f"{fixed(self.hover_power_W)} W", "at the rotors, in the mission's wind"
         named = (
-            (words.capitalize(), f"{power:.2f} W", f"at the rotors, {speed:.2f} m/s in still air")
+            (
+                words.capitalize(),
+                f"{fixed(power)} W",
+                f"at the rotors, {fixed(speed)} m/s in still air",
+            )
             for words, (speed, power) in self.named.items()
         )
         yield Facts([("Hover", *hover), *named])
         step = -(-(len(self.rows) - 1) // (PRINTED - 1)) or 1
         heads = (f"{POWER_HEADS[name]} [{unit}]" for name, unit in POWER_UNITS.items())
-        rows = (map("{:.2f}".format, row.values()) for row in self.rows[::step])
-        yield Table(["", *heads], [["", *row] for row in rows])
+        columns = self.speeds_m_s, self.rotor_power_W, self.battery_power_W, self.current_A
+        rows = np.column_stack(columns)[::step].tolist()
+        yield Table(["", *heads], [["", *map(fixed, row)] for row in rows])
 
     def pictures(self) -> Pictures:
         """Yield the power in level flight, with hover and the speeds that stand out."""
@@ -128,7 +135,9 @@ class PowerCurve(Result):
             title=titled(self.mission.name, "power by air speed"),
             x_label="air speed $V$ [m/s]",
             y_label="power at the rotors $P$ [W]",
-            marks=[Mark(speed, f"{words}: {speed:.1f} m/s") for words, speed in named.items()],
+            marks=[
+                Mark(speed, f"{words}: {fixed(speed, 1)} m/s") for words, speed in named.items()
+            ],
             y_from_zero=True,
         )
         yield "power.png", ax
@@ -177,7 +186,7 @@ def power_curve(
         words = f"{' or '.join(map(shown, able))}, which has a curve of power against airspeed"
         raise InputError([Fault("flight.model", shown(whole.flight.model), words)])
     if speeds_m_s is None:
-        speeds = np.linspace(0.0, float(hover.max_speed_m_s), STEPS + 1)
+        speeds = np.linspace(0.0, float(hover.max_speed_m_s), SPEED_STEPS + 1)
     else:
         speeds = np.array(several("speeds_m_s", speeds_m_s, Real, SPEEDS), dtype=float)
         if not ((speeds >= 0.0) & (speeds <= FASTEST_M_S)).all():

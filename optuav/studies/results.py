@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias, TypedDict
 
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
+from optuav.presentation.numbers import seconds
 from optuav.presentation.presented import Presented
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def longest_of(answers: Sequence[tuple[str, ComparedAnswer]]) -> str:
     longest_s = max(known_s.values())
     names = " and ".join(name for name, s in known_s.items() if s > longest_s - SAME_S)
     fails = "" if shown is flown else ", which cannot be flown"
-    return f"Longest      {longest_s:.2f} s of hover: {names}{fails}"
+    return f"Longest      {seconds(longest_s)} of hover: {names}{fails}"
 
 
 def _as_cell(value: object) -> object:

@@ -32,6 +32,7 @@ from optuav.mission.keys import (
     unknown_keys,
 )
 from optuav.mission.messages import misfits, path_of, shown, unlisted
+from optuav.presentation.numbers import figure, significant
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -71,17 +72,17 @@ def samples(
     count
         Number of samples, 1 to 1e7.
     method
-        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for
-        any count; or ``"latin-hypercube"``: each key has one sample in every of `count` equally
-        likely parts of its range [2]_.
+        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for any
+        count; or ``"latin-hypercube"``: each key has one sample in each of `count` equally likely
+        parts of its range [2]_.
     seed
         Seed of the samples, 0 to 2**63.
 
     Returns
     -------
     dict
-        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. Beside
-        an uncertain wavelength the conversion of the laser is held, as in a sensitivity.
+        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. If the
+        wavelength is uncertain, the laser's conversion stays fixed, as in a sensitivity.
 
     Raises
     ------
@@ -211,7 +212,7 @@ def independent(names: Sequence[str], seed: int, first: int, count: int) -> Floa
 def unstated(mission: Mission) -> Iterator[Spread]:
     """Yield every key within 10 %, except known ones and ones without a range (whole numbers)."""
     for key in stated_keys(mission).values():
-        ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
+        ends = sorted(significant(key.now * share, 12) for share in (1.0 - SHARE, 1.0 + SHARE))
         low, high = (min(max(end, key.low), key.high) for end in ends)
         if not key.whole and low < high and key.name != KNOWN:
             yield Spread(key, low, high)
@@ -243,18 +244,18 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
     faults += keys_of_missing_tables(mission, numeric)
     wrong = {fault.key for fault in faults}
     forms = [(name, form) for name, form in forms if name not in wrong]
-    known = _known(mission)
-    starts = {name: ends for name, form in forms if name not in known and (ends := _start(form))}
+    numbers = _known(mission)
+    starts = {name: ends for name, form in forms if name not in numbers and (ends := _start(form))}
     with collected(faults):
         for values in zip(*starts.values(), strict=True):
             now = as_stated(mission, dict(zip(starts, values, strict=True)))
             mission = mission.replace(now)
-    known = _known(mission)
+    numbers = _known(mission)
     for name, form in forms:
-        if name in starts.keys() - known.keys():
+        if name in starts.keys() - numbers.keys():
             continue  # It has its fault
         with collected(faults):
-            spreads_found.append(_per_second(_spread(known, name, form), known[PER_SECOND]))
+            spreads_found.append(_per_second(_spread(numbers, name, form), numbers[PER_SECOND]))
             _refuse_ends(mission, spreads_found[-1])
     varied = Counter(key.name for spread in spreads_found for key in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
@@ -265,10 +266,10 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
 
 def _known(mission: Mission) -> dict[str, Key]:
     """The keys that may vary about a mission's own value."""
-    known = stated_keys(mission)
-    rate, allowed = known[PER_SECOND], numeric_keys()[PER_MINUTE]
+    keys = stated_keys(mission)
+    rate, allowed = keys[PER_SECOND], numeric_keys()[PER_MINUTE]
     minutes = replace(rate, name=PER_MINUTE, now=60.0 * rate.now, unit=allowed.unit)
-    return {**known, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
+    return {**keys, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
 
 
 def _per_second(spread: Spread, rate: Key) -> Spread:
@@ -335,7 +336,7 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if deviation is not None:
         low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
-        within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
+        within = f"within {figure(key.low)} to {figure(key.high)} [{key.unit}]"
         raise InputError(
             [Fault(name, form_shown(form), f"must have low < high, likely between, {within}")]
         )
@@ -354,4 +355,4 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     if name in known:
         return known[name]
     refuse(unknown_keys([name]))
-    raise InputError([Fault(name, "", "the mission does not state it: state low and high")])
+    raise InputError([Fault(name, "", "the mission does not set it: set low and high")])

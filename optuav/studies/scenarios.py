@@ -28,6 +28,7 @@ from optuav.mission.keys import (
 from optuav.mission.messages import shown
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
+from optuav.presentation.numbers import typed
 from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted
 
 OF_ENERGIES = ("battery.packs", "battery.capacity_As")
@@ -132,21 +133,23 @@ class Scenarios:
         held = f"laser.{COEFFICIENTS[0]}" in columns
         if isinstance(laser, Laser) and WAVELENGTH in columns and not held:
             same = columns[WAVELENGTH] == laser.wavelength_nm
-            known, which = np.unique(columns[WAVELENGTH], return_inverse=True)
+            wavelengths, which = np.unique(columns[WAVELENGTH], return_inverse=True)
             for name in COEFFICIENTS:
                 coefficient = getattr(laser, name)
-                table = [CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in known.tolist()]
+                table = [
+                    CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in wavelengths.tolist()
+                ]
                 columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
         for key, sizes in DISPLACED.items():
-            stated, changed = (
+            value, changed = (
                 stated_value(mission, key),
                 [size for size in sizes if size in columns],
             )
-            if stated is not None and key not in columns and changed:
+            if value is not None and key not in columns and changed:
                 same = np.logical_and.reduce(
                     [columns[e] == stated_value(mission, e) for e in changed]
                 )
-                columns[key] = np.where(same, stated, np.nan)
+                columns[key] = np.where(same, value, np.nan)
         return columns
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
@@ -198,13 +201,13 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
     values = dict[str, Floats]()
     values_by_key = dict(dotted(ranges))
     faults += unknown_keys(values_by_key)
-    known = ((key, range_of(key)) for key in values_by_key)
-    for key, allowed in ((key, allowed) for key, allowed in known if allowed is not None):
+    of_keys = ((key, range_of(key)) for key in values_by_key)
+    for key, allowed in ((key, allowed) for key, allowed in of_keys if allowed is not None):
         values[key], fault = _column(key, values_by_key[key], allowed)
         faults += [fault] if fault else []
     lengths = {len(value) for value in values.values()}
     if paired and len(lengths) > 1:
-        words = ", ".join(f"{len(each)} of {key}" for key, each in values.items())
+        words = ", ".join(f"{len(column)} of {key}" for key, column in values.items())
         faults.append(Fault("paired", words, "one length for all keys"))
     return values
 
@@ -223,7 +226,7 @@ def _column(key: str, stated: object, allowed: Range) -> tuple[Floats, Fault | N
     broken = [end for end in ends if not allowed.accepts(end)]
     if allowed.whole and not broken:
         broken = column[column % 1 != 0].tolist()
-    return column, Fault(key, f"{broken[0]:g}", words) if broken else None
+    return column, Fault(key, typed(broken[0]), words) if broken else None
 
 
 def _refuse_wavelengths(found: Scenarios) -> None:
@@ -233,10 +236,10 @@ def _refuse_wavelengths(found: Scenarios) -> None:
     coefficients = [name for name in COEFFICIENTS if f"laser.{name}" in values]
     if WAVELENGTH not in values or not isinstance(laser, Laser):
         return
-    known = [*CONVERSIONS, laser.wavelength_nm]
-    unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in known]
+    fixed = [*CONVERSIONS, laser.wavelength_nm]
+    unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in fixed]
     if len(coefficients) < len(COEFFICIENTS) and (coefficients or unknown):
-        value = ", ".join(coefficients) or f"{unknown[0]:g}"
+        value = ", ".join(coefficients) or typed(unknown[0])
         words = (
             f"must come with all of {', '.join(COEFFICIENTS)}, or none of them and 810 or 1550 nm"
         )

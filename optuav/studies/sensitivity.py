@@ -17,7 +17,7 @@ from optuav.mission.messages import misfits, plural, shown, unlisted
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
-from optuav.presentation.numbers import figure, fixed, percent
+from optuav.presentation.numbers import figure, fixed, percent, seconds
 from optuav.solving import solve
 from optuav.solving.question import checked_question
 from optuav.studies.batch import best_of
@@ -112,7 +112,7 @@ class Sensitivity(Result):
         """Yield the effects of single keys, then the results of the samples."""
         yield Heading(f"{self.mission.name}: what matters most, {self.perspective}")
         rows = [row for row in self.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
-        has_plan = f"Longest hover {self.hover_time_s:.2f} s"
+        has_plan = f"Longest hover {seconds(self.hover_time_s)}"
         itself = has_plan if self.hover_time_s else "The mission has no plan"
         itself += "; one key at a time, everything else held:"
         below = [*self._below(rows)]
@@ -168,31 +168,30 @@ def sensitivity(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     uncertainty
-        Distributions of keys: a TOML file with the tables and keys of a mission, each key as
-        ``{ low = 1, high = 2 }`` (uniform), ``{ low = 1, likely = 1.5, high = 2 }`` (triangular),
-        ``{ deviation = 0.1 }`` (normal about the mission's value, cut off at the allowed range) or
-        ``{ percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same
-        factor. Or the same as a dict. By default every number that is measured rather than chosen
-        is within 10 % of its value; gravity varies only where it is stated. Keys are independent of
-        each other. A key that the mission does not state needs low and high; its likely value, or
-        the middle, stands for the mission's own.
+        Distributions of keys: a TOML file with the tables and keys of a mission, each key as ``{
+        low = 1, high = 2 }`` (uniform), ``{ low = 1, likely = 1.5, high = 2 }`` (triangular), ``{
+        deviation = 0.1 }`` (normal about the mission's value, cut off at the allowed range) or ``{
+        percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same factor.
+        Or the same as a dict. By default every number that is measured rather than chosen is within
+        10 % of its value; gravity varies only if you list it. Keys are independent of each other. A
+        key that the mission does not set needs low and high; its likely value, or the middle, then
+        counts as the mission's own.
     perspective
         How to count charge, as for `optuav.solve` but for ``"wells"``.
     plan
-        The plan that is held fixed, also by the path of its file; by default the best one of the
-        mission.
+        The plan that stays fixed, or the path of its file; by default the mission's best plan.
     samples
-        Number of samples, 1 to 1e8. The first of them are the same for any number.
+        Number of samples, 1 to 1e8. The first samples are the same for any number.
     seed
         Seed of the samples, 0 to 2**63.
 
     Returns
     -------
     Sensitivity
-        One row a key, the largest effect first: the hover times [s] at the ends of its range (the
-        stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
-        percent of the key, as a mean over the range; and the local one at the value itself, from
-        steps of 0.01 and 0.02 % below it and above it, which differ at a kink (``local_less``,
+        One row per key, the largest effect first: the hover times [s] at the ends of its range (the
+        given one or 10 %), None without a plan; the elasticity, percent of hover time per percent
+        of the key, as a mean over the range; and the local elasticity at the value itself, from
+        steps of 0.01 and 0.02 % below and above it, which differ at a kink (``local_less``,
         ``local_more``; None if such a step leaves the possible values, ``at_end`` if that is the
         range of the key). ``hover_time_s`` is the longest hover of the mission itself (0 without a
         plan), and ``chances`` comes from the samples: quantiles of the longest hover, how often
@@ -344,20 +343,22 @@ def _range(now: float, low: float, high: float) -> str:
 
 
 def _chances(chances: Chances, plan_hover_s: float | None) -> Iterator[Block]:
-    how = "as stated" if chances.stated else "within 10 %, as nothing was stated"
+    how = "as specified" if chances.stated else "within 10 %, by default"
     count = f"{plural(len(chances.uncertain), 'key')} at once, {how}: {chances.samples} samples"
     yield Heading(f"{count}, seed {chances.seed}")
-    quantiles = ", ".join(f"{percent(share)} {s:.1f}" for share, s in chances.quantiles_s.items())
-    mean = f"mean {chances.mean_s:.1f} s"
+    quantiles = ", ".join(
+        f"{percent(share)} {fixed(s, 1)}" for share, s in chances.quantiles_s.items()
+    )
+    mean = f"mean {seconds(chances.mean_s, 1)}"
     if 0.0 < chances.no_plan < 1.0:
         flown_s = chances.mean_s / (1.0 - chances.no_plan)
-        mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
+        mean += f" with 0 s for no plan, {seconds(flown_s, 1)} where there is one"
     none = {"no plan": chances.no_plan} if chances.no_plan else {}
     facts = [("Hover", f"{mean}; quantiles [s] {quantiles}")]
     facts.append(("Best", _shares({**chances.routes, **none})))
-    if chances.kept is not None and chances.flyable is not None:
+    if chances.kept is not None and chances.flyable is not None and plan_hover_s is not None:
         flies = f"can be flown in {percent(chances.flyable)} of the samples"
-        words = f"{plan_hover_s:.2f} s of hover, {flies}; it keeps {_shares(chances.kept)}"
+        words = f"{seconds(plan_hover_s)} of hover, {flies}; it keeps {_shares(chances.kept)}"
         facts.append(("Fixed plan", words))
     yield Facts(facts)
 

@@ -121,10 +121,12 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
         keys = dict.fromkeys(
             str(error_line["loc"][0]) for error_line in error.errors(include_url=False)
         )
-    known = StudyFile.model_fields
+    fields = StudyFile.model_fields
     for key in keys:
         words = (
-            range_in_words(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
+            range_in_words(StudyFile, key)
+            if key in fields
+            else f"unknown key{nearest(key, fields)}"
         )
         faults.append(Fault(key, shown(document.pop(key)), words))
     return StudyFile.model_validate(document)
@@ -207,7 +209,7 @@ def _ranges(tables: Document, faults: list[Fault]) -> dict[str, Any]:
     ranges = dict[str, Any]()
     for key, values in dotted(tables):
         if key in ranges:
-            faults.append(Fault(key, "", "must be stated once"))
+            faults.append(Fault(key, "", "must be set once"))
         elif not isinstance(values, dict):
             ranges[key] = values
         elif values.keys() == {"low", "high", "count"} and (

@@ -26,6 +26,7 @@ from optuav.mission import files
 from optuav.mission.keys import range_of
 from optuav.mission.messages import misfits, path_of, shown
 from optuav.presentation.blocks import Block, Facts
+from optuav.presentation.numbers import fixed, seconds
 from optuav.presentation.presented import Presented
 from optuav.solving.question import perspectives_of
 from optuav.studies.batch import (
@@ -122,7 +123,7 @@ class Swept(Presented):
             why = [f"{count} without: {words}" for words, count in reasons.items()]
             yield "Plans", "; ".join([f"{name} {self.plans[name]}", *why])
             if ends := self.hover_time_s[name]:
-                yield "Hover", f"{name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
+                yield "Hover", f"{name} {fixed(ends['shortest'])} to {seconds(ends['longest'])}"
 
     def to_dict(self) -> dict[str, object]:
         """Return the figures as plain data, ready for JSON."""
@@ -144,33 +145,33 @@ def sweep(
     resume: bool = True,
     progress: Progress | None = None,
 ) -> Swept:
-    r"""Find the best plans of all scenarios of a study, in parts, none of them computed twice.
+    r"""Find the best plans of all scenarios of a study, in parts that a new run keeps.
 
     Parameters
     ----------
     study
-        Path of a study file in TOML, or its tables as a dict, which states ``output``. Keys are
+        Path of a study file in TOML, or its tables as a dict with the key ``output``. Keys are
         ``mission`` (a shipped name, or a path relative to the file), ``problem``, ``perspective``
         (one or a list), ``engine`` (a name, by default ``"auto"``), and values of numeric keys: in
-        ``[grid]`` with all combinations, in ``[paired]`` row by row, each a list or
-        ``{ low = 600, high = 1800, count = 41 }``; in ``[samples]`` distributions as for
-        `optuav.samples`, with ``count`` and ``seed`` of a Sobol sequence. Rows and samples go with
-        every combination of the grid. ``scenarios_per_part`` is 100 000 and ``output``, the
-        directory of the parts, the file's name without its ending where they are not stated.
+        ``[grid]`` with all combinations, in ``[paired]`` row by row, each a list or ``{ low = 600,
+        high = 1800, count = 41 }``; in ``[samples]`` distributions as for `optuav.samples`, with
+        ``count`` and ``seed`` of a Sobol sequence. Rows and samples go with every combination of
+        the grid. By default, ``scenarios_per_part`` is 100 000, and ``output``, the directory of
+        the parts, is the file's name without its ending.
     workers
         Number of processes of this machine that share the work, 1 to 1000.
     scheduler
         Address of a Dask scheduler, whose workers do the work instead; without `workers`.
     resume
-        Whether parts that are there and whole stay; otherwise all are computed again.
+        Whether to keep parts that exist and are whole; otherwise all parts are computed again.
     progress
-        Called with the number of scenarios done, the total number, and words.
+        Callback for progress: receives the number of scenarios done, their total, and words.
 
     Returns
     -------
     Swept
-        The work done and its place, and by perspective the shortest and longest hover and why
-        scenarios have no plan: see `optuav.studies.sweep.Swept`.
+        The work done and its directory, and for each perspective the shortest and longest hover and
+        the reasons for scenarios without a plan: see `optuav.studies.sweep.Swept`.
 
     Raises
     ------
@@ -180,7 +181,7 @@ def sweep(
         pyarrow or distributed is missing.
     SolverError
         If an engine returns points that violate a constraint, or the scheduler or every worker is
-        lost. Parts that are done stay: called again, the sweep goes on from there.
+        lost. Finished parts stay, and the same call resumes the sweep.
 
     Examples
     --------
@@ -290,8 +291,8 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     columns = stored.read(
         range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings, between=True)}
     )
-    known = {*LABELS, "perspective"}
-    if not known <= columns.keys() or None in map(range_of, columns.keys() - known):
+    taken = {*LABELS, "perspective"}
+    if not taken <= columns.keys() or None in map(range_of, columns.keys() - taken):
         raise files.refusal(directory, NOT_OURS)
     # A part has one line for each perspective of each scenario.
     values = {
@@ -471,11 +472,11 @@ def _is_begun(directory: Path, manifest: Document) -> bool:
         if not there - {MANIFEST, files.TEMPORARY}:
             return False
         if manifest_there.hash != manifest["hash"]:
-            words = "holds the parts of another study: state another output, or delete it"
+            words = "contains the parts of another study: set another output, or delete it"
             raise files.refusal(directory, words)
         _refuse_others(manifest_there.versions, files.label(directory / MANIFEST))
     elif there - {files.TEMPORARY}:
-        raise files.refusal(directory, "is not empty, and holds no sweep: state another output")
+        raise files.refusal(directory, "is not empty, and contains no sweep: set another output")
     return MANIFEST in there
 
 
@@ -514,11 +515,11 @@ def _read_manifest(directory: Path) -> Manifest:
     with files.opened(path, LARGEST_MANIFEST, own=True) as file:
         if files.MARK not in file.read(files.HEAD):
             words = "is not from optuav and stays: it is not a manifest of a sweep"
-            raise files.refusal(path, f"{words}; state another directory")
+            raise files.refusal(path, f"{words}; choose another directory")
     text = files.read_text(path, LARGEST_MANIFEST, own=True)
     document = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
-    known = isinstance(document, dict) and (document.get("kind"), document.get("format"))
-    if known != (KIND, FORMAT):
+    kind_and_format = isinstance(document, dict) and (document.get("kind"), document.get("format"))
+    if kind_and_format != (KIND, FORMAT):
         raise files.refusal(path, "is not a manifest of a sweep of this version")
     with _damaged(path, "is damaged: its content does not match its hash"):
         manifest = Manifest.model_validate(document)
@@ -562,7 +563,7 @@ def _summary(stored: SweepParts, asked: Sequence[str]) -> tuple[Document, Docume
 
 def _refuse_others(versions: Mapping[str, str], source: str) -> None:
     """Refuse packages that are not of the stated versions."""
-    words = "the version that began the sweep: install it, or state another output"
+    words = "the version that began the sweep: install it, or set another output"
     refuse(
         Fault(package, now, f"{stated}, {words}", source)
         for package, stated in versions.items()

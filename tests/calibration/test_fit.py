@@ -127,7 +127,7 @@ def test_values_of_one_fit_are_stated_together_or_not_at_all(
     assert len(fit.changes) == written
     table = tomllib.loads(fit.to_toml()).get("a", {})
     assert table == ({"x": 1.5, "y": 2.5} if written else {})
-    told = "it holds beside the other fitted values only"
+    told = "it is valid only together with the other fitted values"
     assert fit.to_toml().count(told) == (len(undetermined) if written else 0)
 
 

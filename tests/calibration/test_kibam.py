@@ -208,7 +208,7 @@ def test_lifetimes_of_no_battery_state_nothing(
     assert found.changes == {}
     assert not any(each.determined or each.interval for each in found.values)
     missing, assumed = found.warnings[-2:]
-    assert missing.startswith("no kinetic battery lasts like that, so no value is stated")
+    assert missing.startswith("no kinetic battery lasts like that, so optuav returns no value")
     assert "by more than 20 %" in missing
     assert "scatter by 2 %" in assumed
     assert not any("cannot tell" in words for words in found.warnings)
@@ -237,7 +237,7 @@ def test_one_lifetime_far_off_states_nothing(tmp_path: Path) -> None:
     observed[1] = (name, load, 2.0 * lifetime_s)
     found = optuav.fit_kibam([written(tmp_path / "odd.csv", observed)])
     assert found.changes == {}
-    (words,) = (each for each in found.warnings if "no value is stated" in each)
+    (words,) = (each for each in found.warnings if "returns no value" in each)
     assert name in words
 
 

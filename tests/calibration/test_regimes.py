@@ -99,7 +99,7 @@ def test_a_rest_that_draws_next_to_nothing_is_stated_as_nothing(tmp_path: Path) 
     path.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
     found = optuav.fit_regimes([path])
     assert found.changes["flight.rest_current_A"] == found.changes["flight.rest_power_W"] == 0.0
-    stated = [words for words in found.warnings if "0 is stated" in words]
+    stated = [words for words in found.warnings if "0 is used" in words]
     assert [words.partition(" = ")[0] for words in stated] == [
         "flight.rest_current_A",
         "flight.rest_power_W",

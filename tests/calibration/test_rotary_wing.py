@@ -102,7 +102,10 @@ def test_slow_flight_does_not_show_the_tip_speed(tmp_path: Path) -> None:
     found = optuav.fit_rotary_wing(file)
     assert not found.values[3].determined
     assert any("the data" in words for words in found.warnings)
-    assert "do not determine it; it holds beside the other fitted values only" in found.to_toml()
+    assert (
+        "do not determine it; it is valid only together with the other fitted values"
+        in found.to_toml()
+    )
 
 
 def curve_W(changes: Mapping[str, Any], speed_m_s: float) -> float:

@@ -294,7 +294,7 @@ def test_a_number_is_doubted_where_the_map_is_in_feet() -> None:
 def test_a_column_in_feet_by_its_name_is_doubted(tmp_path: Path, name: str) -> None:
     found = refusal(tmp_path, {name: 35}, height=name)
     assert found == [
-        f"height_factor: is missing: numbers of {name!r} seem to be in feet; state 0.3048 if they "
+        f"height_factor: is missing: numbers of {name!r} seem to be in feet; set 0.3048 if they "
         "are, 1 if they are in metres"
     ]
     assert roofs(tmp_path, name, 35, height=name, height_factor=FOOT_M) == pytest.approx([10.668])
@@ -304,7 +304,7 @@ def test_a_column_to_ignore_is_named_in_a_sentence(tmp_path: Path) -> None:
     """The message says how to read the column, and how to do without it."""
     (words,) = refusal(tmp_path, {"hoehe": 8}, default_height_m=5.0)
     assert words == (
-        "height: is missing for 1 of 1 building, but the column 'hoehe' may state it: name this "
+        "height: is missing for 1 of 1 building, but the column 'hoehe' may hold them: name this "
         "column by height, or name 'height' to ignore it"
     )
 

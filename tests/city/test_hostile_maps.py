@@ -99,7 +99,7 @@ def test_metres_that_pass_for_degrees_are_refused(tmp_path: Path) -> None:
     corners = [[390000, 5800000], [390010, 5800000], [390010, 5800010], [390000, 5800000]]
     file = geojson(tmp_path, [({"height": 3.0}, polygon(corners))])
     for origin in (None, (13.0, 52.0)):
-        with pytest.raises(optuav.InputError, match="has no coordinate reference system; state"):
+        with pytest.raises(optuav.InputError, match="has no coordinate reference system; specify"):
             read(file, origin=origin)
     assert read(file, crs="EPSG:25833").origin == pytest.approx((13.38, 52.34), abs=0.01)
     content = json.loads(file.read_text())
@@ -129,7 +129,7 @@ def test_a_reference_system_is_one_of_maps(tmp_path: Path, crs: str) -> None:
         warnings.simplefilter("ignore")  # That it states none
         town.to_file(silent)
     for bbox in (None, (1.0, 2.0, 3.0, 4.0)):
-        with pytest.raises(optuav.InputError, match="which is not a system of maps"):
+        with pytest.raises(optuav.InputError, match="which is not a map reference system"):
             read(stated, bbox=bbox)
     with pytest.raises(optuav.InputError, match="a coordinate reference system that pyproj knows"):
         read(silent, crs=crs)

@@ -162,7 +162,7 @@ def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) ->
         for table in ("gpkg_contents", "gpkg_geometry_columns"):
             base.execute(f"UPDATE {table} SET srs_id = 999999")
     base.close()
-    refused(file, "has no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; specify it as crs")
 
 
 def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
@@ -199,8 +199,12 @@ def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
         ("town.kml", ".geojson", "is KML"),
         ("town.gml", ".gml", "is GML; ogr2ogr"),
         ("town.gpx", ".osm", "is GPX"),
-        ("town.geojson", ".parquet", "is GeoJSON; optuav city takes it under a name in .geojson"),
-        ("town.geojson", ".txt", "is GeoJSON; optuav city takes it under a name in .geojson"),
+        (
+            "town.geojson",
+            ".parquet",
+            "is GeoJSON; optuav city reads it if its name ends in .geojson",
+        ),
+        ("town.geojson", ".txt", "is GeoJSON; optuav city reads it if its name ends in .geojson"),
         ("town.pdf", ".pdf", "is a PDF; ogr2ogr"),
         ("town.topojson", ".json", "is TopoJSON; ogr2ogr"),
     ):
@@ -238,7 +242,7 @@ def test_geoparquet_without_a_system_takes_the_stated_one(tmp_path: Path) -> Non
     shape = shapely.box(391000, 5820000, 391020, 5820020)
     frame = geopandas.GeoDataFrame(TALL, index=[0], geometry=[shape], crs=None)
     frame.to_parquet(file := tmp_path / "town.parquet")
-    refused(file, "has no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; specify it as crs")
     assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
     pd.DataFrame({"height": [1.0]}).to_parquet(plain := tmp_path / "plain.parquet")
     refused(plain, "is a Parquet file without the metadata of GeoParquet")
@@ -252,7 +256,7 @@ def test_a_file_without_a_system_takes_the_stated_one(tmp_path: Path, suffix: st
     file = tmp_path / f"town{suffix}"
     with warnings.catch_warnings(action="ignore"):
         frame.to_parquet(file) if suffix == ".parquet" else frame.to_file(file)
-    refused(file, "has no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; specify it as crs")
     assert shapely.area(read(file, crs="EPSG:25833").footprints) == pytest.approx([400], rel=2e-3)
 
 
@@ -332,12 +336,12 @@ def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
     file = geojson(tmp_path, [({"height": 10}, polygon([*corners, corners[0]]))])
     city = read(file, crs="EPSG:25833")
     assert shapely.area(city.footprints) == pytest.approx([400], rel=2e-3)
-    refused(file, "has no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; specify it as crs")
     lines = tmp_path / "town.geojsonl"
     lines.write_text(json.dumps(json.loads(file.read_text())["features"][0]))
     assert read(lines, crs=25833).origin == city.origin
     degrees = geojson(tmp_path, [(TALL, square())])
-    words = "is GeoJSON that states no system, so it is in EPSG:4326"
+    words = "is GeoJSON without a reference system, so it is in EPSG:4326"
     with pytest.raises(optuav.InputError, match=words):
         read(degrees, crs="EPSG:25833")
 
@@ -352,7 +356,7 @@ def test_an_undefined_system_of_a_geopackage_is_none(tmp_path: Path, number: int
         for table in ("gpkg_contents", "gpkg_geometry_columns"):
             base.execute(f"UPDATE {table} SET srs_id = {number}")
     base.close()
-    refused(file, "has no coordinate reference system; state it as crs")
+    refused(file, "has no coordinate reference system; specify it as crs")
     assert shapely.area(read(file, crs=25833).footprints) == pytest.approx([400], rel=2e-3)
 
 
@@ -387,7 +391,7 @@ def test_a_source_is_a_path_or_a_table_with_a_map(source: object, value: str) ->
 def test_a_town_on_both_sides_of_the_antimeridian_needs_an_origin(tmp_path: Path) -> None:
     shapes = [shapely.box(x, -17.0, x + 5e-4, -16.9995) for x in (179.999, -179.999)]
     frame = geopandas.GeoDataFrame({"height": [9.0, 9.0]}, geometry=shapes, crs=4326)
-    with pytest.raises(optuav.InputError, match=r"antimeridian: state origin, 180 and -16\.9997"):
+    with pytest.raises(optuav.InputError, match=r"antimeridian: set origin, 180 and -16\.9997"):
         read(frame)
     city = read(frame, origin=(180.0, -17.0))
     apart_m = np.diff(city.position_m[:, 0])[0]

@@ -101,7 +101,7 @@ def test_a_system_that_the_file_does_not_state_is_given(tmp_path: Path) -> None:
         pyogrio.write_dataframe(
             geopandas.read_file(degrees).to_crs(25833).set_crs(None, allow_override=True), bare
         )
-    assert refusal(bare)[0].endswith("has no coordinate reference system; state it as crs")
+    assert refusal(bare)[0].endswith("has no coordinate reference system; specify it as crs")
     expected, found = (read(degrees, origin=HERE), read(bare, crs="EPSG:25833", origin=HERE))
     assert shapely.hausdorff_distance(expected.footprints, found.footprints).max() < 0.01
     assert "knows" in refusal(bare, crs="EPSG:nonsense")[0]
@@ -241,7 +241,7 @@ def test_every_missing_height_is_listed_and_none_is_invented(tmp_path: Path) -> 
     with pytest.raises(optuav.InputError) as caught:
         heights(tmp_path, *rows)
     first, *each = map(str, caught.value.faults)
-    assert first.endswith("3 of 4 buildings without a height; state default_height_m")
+    assert first.endswith("3 of 4 buildings without a height; set default_height_m")
     assert each == [
         "feature 1: no height",
         f"feature 2 = -1.0: must be {WORDS}",

@@ -104,7 +104,7 @@ def test_a_mission_is_saved_as_toml(town: Path, tmp_path: Path, name: str) -> No
 def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> None:
     """Their faults come by the names of the options."""
     bare = geojson(tmp_path, [({}, square(40)), ({}, square(400))], "bare.geojson")
-    assert "state --default-height-m" in refused("city", str(bare), *SITE)
+    assert "set --default-height-m" in refused("city", str(bare), *SITE)
     assert "--default-height-m = -1" in refused(
         "city", str(bare), *SITE, "--default-height-m", "-1"
     )
@@ -235,10 +235,10 @@ def test_faults_of_the_map_are_said_by_the_names_of_the_options(tmp_path: Path) 
         places += [f"--{name}", "9,49.6,30"]
     geopandas.GeoDataFrame({"name": ["a"]}, geometry=[corner], crs=25832).to_file(file)
     assert "--height = 'height': no column of this name" in refused("city", str(file), *places)
-    assert "or state --default-height-m" in refused("city", str(file), *places)
+    assert "or set --default-height-m" in refused("city", str(file), *places)
     assert "--layer = 'x': " in refused("city", str(file), *places, "--layer", "x")
     file.with_suffix(".prj").unlink()
-    assert "state it as --crs" in refused("city", str(file), *places)
+    assert "specify it as --crs" in refused("city", str(file), *places)
 
 
 def test_feet_and_near_columns_by_the_names_of_the_options(tmp_path: Path) -> None:
@@ -248,7 +248,7 @@ def test_feet_and_near_columns_by_the_names_of_the_options(tmp_path: Path) -> No
     town, file = geojson(tmp_path, shapes), tmp_path / "town.toml"
     words = refused("city", str(town), *SITE, "--default-height-m", "9")
     assert "--height: is missing for 3 of 3 buildings" in words
-    assert "but the column 'HEIGHT_FT' may state it: name this column by --height, or " in words
+    assert "but the column 'HEIGHT_FT' may hold them: name this column by --height, or " in words
     named = ["city", str(town), *SITE, "--default-height-m", "9", "--height", "HEIGHT_FT"]
     assert "--height-factor: is missing: numbers of 'HEIGHT_FT' seem to be in feet" in (
         refused(*named)

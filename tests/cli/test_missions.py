@@ -334,7 +334,7 @@ def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     ("arguments", "words"),
     [
         (("--from", "regimes", *SHEET[2:]), "--mass-kg: is missing; a number"),
-        (("--from", "regimes", *SHEET[:8]), "or state --hover-power-W\n"),
+        (("--from", "regimes", *SHEET[:8]), "or set --hover-power-W\n"),
         (
             ("--from", "regimes", *SHEET, "--payload-kg", "-1"),
             "--payload-kg = -1.0: must be a number",

@@ -151,7 +151,7 @@ BROKEN = [
     (("null.py:Least",), "Error: source code string cannot contain null bytes"),
     (("deep.py:Least",), "deep.py, line 1: RecursionError: "),
     (("zero.py:Least",), "zero.py, line 2: ZeroDivisionError: division by zero"),
-    (("ends.py:Least",), "ends.py: ended with SystemExit(0) as it was run"),
+    (("ends.py:Least",), "ends.py: ended with SystemExit(0) while it ran"),
     (("twice.py:Twice",), "twice.py, line 7: the model has a variable 'x' already"),
     (("lacks.py:Least",), "lacks.py, line 1: ModuleNotFoundError: No module named 'nowhere_x'"),
 ]

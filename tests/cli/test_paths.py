@@ -65,7 +65,7 @@ def test_a_tilde_is_the_home(home: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_an_unknown_user_is_refused(line: tuple[str, ...], home: Path) -> None:
     """And no directory of that name is made."""
     asked = [part.format("~nobody-here") for part in line]
-    assert "there is no user 'nobody-here'; state the whole path" in refused(*asked)
+    assert "there is no user 'nobody-here'; give the whole path" in refused(*asked)
     assert not [*Path().iterdir()]
 
 

@@ -20,7 +20,7 @@ def test_moments_are_printed_saved_and_drawn(
 ) -> None:
     """As text, as JSON, as a table and as a picture."""
     assert run("paper") == 0
-    assert "577.524" in capsys.readouterr().out
+    assert "577.52" in capsys.readouterr().out
     assert run("paper", "--json") == 0
     assert json.loads(capsys.readouterr().out)["rows"][0]["place"] == "destination"
     assert run("paper", "--save", str(tmp_path / "r.csv"), "--plot", str(tmp_path)) == 0

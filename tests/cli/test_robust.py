@@ -20,7 +20,7 @@ def test_a_box_from_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -
     box = tmp_path / "box.toml"
     box.write_text("drain = { percent = 5 }\ncharge = { percent = 10 }\n", "utf-8")
     assert run("paper", str(box)) == 0
-    assert "555.810 s" in capsys.readouterr().out
+    assert "555.81 s" in capsys.readouterr().out
     chosen = ("--problem", "P4", "--building", "b9", "--order", "hover-first", "--json")
     assert run("paper", str(box), *chosen) == 0
     assert json.loads(capsys.readouterr().out)["hover_s"] == pytest.approx(555.810, abs=5e-4)

@@ -140,7 +140,7 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
             ("paper", "--engine", "ouija"),
             "engine = 'ouija': must be one of auto, closed-form, cvxpy",
         ),
-        (("paper", "--engine", "closed-form", "--slot-s", "1", *LINEAR), "continuous times only"),
+        (("paper", "--engine", "closed-form", "--slot-s", "1", *LINEAR), "only continuous times"),
         (("paper", "--engine", "cvxpy", "--perspective", "wells"), "'P1.b state of charge' is not"),
         (
             ("paper", "--engine", "cvxpy", "--solver", "ABACUS", *LINEAR),

@@ -676,7 +676,7 @@ def test_what_binds_of_a_problem_of_ones_own_has_its_labels() -> None:
 
 def test_the_current_over_a_device_is_named_and_has_its_share_of_the_price() -> None:
     """Charge and deadline bind: Δ = (σ + gτ)/(Ī + g), so that an ampere costs share·Δ/(Ī + g)."""
-    shares = {"market": 0.5, "harbour": 0.3, "school": 0.2}
+    shares = {"market": 0.5, "quay": 0.3, "school": 0.2}
     mission = optuav.load("three-sensors").replace(
         {f"devices.{name}.share": share for name, share in shares.items()}
     )

@@ -146,6 +146,6 @@ def test_a_search_that_its_time_limit_ends_leaves_the_answer_open(
     assert [command("solve", str(path), *limit).code, explained.code] == [3, 3]
     words = " ".join(explained.out.split())
     assert "UNKNOWN (known for one rest and one hover only: " in words
-    assert "at most 3 rests and 1 hover: the search ended after 1e-09 s" in words
+    assert "at most 3 rests and 1 hover: the search ended after 1e−09 s" in words
     assert "Conflict" in words
     assert "Feasible if" in words

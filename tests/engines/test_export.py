@@ -285,7 +285,7 @@ def test_a_constraint_without_unknowns_that_holds_is_told_but_not_written(form: 
     """Its sides differ by rounding, which another solver may not forgive."""
     (p1,) = optuav.formulate("paper", optuav.P1(trajectory="direct"), perspective="battery").parts
     text = to_file(p1.model, p1.model.row(0), form)
-    assert "'P1.a outage' holds whatever the unknowns: left out" in text
+    assert "'P1.a outage' holds for all values of the unknowns: left out" in text
     assert "P1.a_outage" not in text
 
 

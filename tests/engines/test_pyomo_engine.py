@@ -260,7 +260,9 @@ def test_two_quantities_of_one_name_stay_two() -> None:
 
 
 def test_linear_solvers_refuse_the_wells() -> None:
-    with pytest.raises(InputError, match="pyomo does not take this model: it takes linear models"):
+    with pytest.raises(
+        InputError, match="pyomo does not accept this model: it accepts only linear"
+    ):
         optuav.solve("paper", B9, engine=Pyomo())
 
 

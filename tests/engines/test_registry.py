@@ -94,7 +94,7 @@ def test_an_engine_from_outside_answers_by_name(halving: Halving) -> None:
         assert found.objective[0] == pytest.approx(wanted_s, abs=1e-6)
         assert found.parameters_at(0)["deadline_s"] == deadline_s
     with pytest.raises(
-        InputError, match=r"halving does not take this model: .* at most 1 unknown,"
+        InputError, match=r"halving does not accept this model: .* at most 1 unknown,"
     ):
         optuav.formulate("paper", optuav.P4("b1"), engine="halving", **ASKED)
 

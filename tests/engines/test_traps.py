@@ -242,7 +242,7 @@ def test_a_solver_is_known_by_its_name_in_any_case(name: str) -> None:
 
 def test_solver_without_a_time_limit_is_refused() -> None:
     """Silently without a limit would be worse."""
-    with pytest.raises(InputError, match="SCIPY takes no time limit"):
+    with pytest.raises(InputError, match="SCIPY accepts no time limit"):
         solve("paper", engine=Cvxpy("SCIPY"), time_limit_s=1.0, perspective="battery")
 
 
@@ -417,9 +417,7 @@ class Unfit:
     name = "unfit"
 
 
-NO_ENGINE = (
-    "engine = .*: must be a name, or an instance of a subclass of Engine that states its name"
-)
+NO_ENGINE = "engine = .*: must be a name, or an instance of a subclass of Engine with a name"
 
 
 @pytest.mark.parametrize(

@@ -21,11 +21,9 @@ def test_the_student_edition_is_up_to_date() -> None:
     """``make lessons`` has nothing to change, and no lesson of another name is left."""
     made = editions().student_files()
     folder = ROOT / "optuav" / "lessons"
-    # A lesson that was run here leaves its helpers compiled.
-    files = (path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc")
-    found = {path: path.read_bytes() for path in files}
-    assert sorted(found) == sorted(made)
-    assert [path.name for path in made if found[path] != made[path]] == []
+    kept = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert sorted(kept) == sorted(made)
+    assert [path.name for path in made if kept[path] != made[path]] == []
 
 
 def solution_lines(text: str) -> list[str]:

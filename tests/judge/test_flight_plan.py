@@ -382,7 +382,7 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
         ([item(16, 0, 0, 0, None, 52.5, 13.4, 1e9)], "item 1 = .*x, y and z around home"),
         (
             [item(16, 1e9, 0, 0, None, 52.5, 13.4, 40)],
-            "item 1 = 1e[+]09 s: must be a number, 0 <= x",
+            "item 1 = 1000000000 s: must be a number, 0 <= x",
         ),
         ([SQUARE[0], item(177, 1, 5, frame=2)], "item 2: is DO_JUMP, which flies a part again"),
         ([item(84, 0, 0, 0, None, *HOME[:2], 40)], "item 1: is a take-off of a VTOL"),
@@ -565,7 +565,7 @@ def test_the_command(tmp_path: Path) -> None:
     assert "item 6" in found.out
     data = json.loads(run("audit", str(file), "--mission", "relay-today", "--json").out)
     assert data["items"][0]["what"] == "climb"
-    assert "state the drone that flies it by --mission" in refused("audit", str(file))
+    assert "name the drone that flies it by --mission" in refused("audit", str(file))
     assert "goes with a flight plan only" in refused("audit", "relay-today", "--mission", "paper")
     assert "there is no such file" in refused("audit", "no.plan", "--mission", "paper")
     dry = run("audit", str(file), "--mission", _small(tmp_path))

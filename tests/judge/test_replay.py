@@ -394,8 +394,8 @@ def test_power_that_the_user_stated_is_taken_as_it_is() -> None:
     replayed = optuav.replay(plan)
     assert replayed.flyable, replayed.violations
     assert [each.words for each in replayed.events if each.kind == "stated"] == [
-        "the hover at hover has figures that the user stated",
-        "the rest at b3 has figures that the user stated",
+        "the hover at hover has figures that the user set",
+        "the rest at b3 has figures that the user set",
     ]
     table = replayed.trace
     assert table.received_power_W[table.kind == "rest"] == pytest.approx(55.5)

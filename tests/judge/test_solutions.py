@@ -203,7 +203,7 @@ def test_a_plan_past_the_hover_point_says_nothing_of_the_proof(file: Path) -> No
         ("{", ["is not JSON"]),
         ("[]", ["is not an object"]),
         (text(solution(hover(1.0))).replace("1.0", "NaN"), ["NaN is not a JSON number"]),
-        (text(solution(hover(1.0)))[:-1] + ', "kind": ""}', ["states the key 'kind' more than"]),
+        (text(solution(hover(1.0)))[:-1] + ', "kind": ""}', ["contains the key 'kind' more than"]),
         (text(solution(hover(1.0))).replace("1.0", "1e999"), ["solutions.0.hover_s", "duration_s"]),
         (text(solution(hover(-1.0))), ["solutions.0.hover_s", "solutions.0.stops.0.duration_s"]),
         (text(kind="optuav plan"), ["kind"]),

@@ -343,7 +343,7 @@ def test_a_new_wavelength_displaces_the_coefficients(paper: Mission) -> None:
 
 def test_what_is_missing_since_it_was_displaced_is_said_to_be(tmp_path: Path) -> None:
     """Not that the mission had left it out; nor of what it never stated."""
-    told = "a new laser.wavelength_nm displaces the old one, state both"
+    told = "a new laser.wavelength_nm replaces the old one; set both"
     top = "extends = 'matrice350'\nlaser.wavelength_nm = 1064\nlaser.emitter_slope = 0.3"
     with pytest.raises(InputError) as in_a_file:
         load(written(tmp_path / "top.toml", top))

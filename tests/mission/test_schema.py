@@ -169,7 +169,7 @@ def test_ranges_are_finite(document: dict[str, Any], key: str, largest: float) -
         ("limits.deadline_s", "a number, 0 < x <= 1e7 [s]"),
         ("limits.outage_probability", "a number, 1e-12 <= x < 1 [-]"),
         ("battery.packs", "a whole number, 1 <= x <= 1000 [-]"),
-        ("battery.flow_rate_per_s", "a number, 0 <= x <= 1000 [1/s]; or state flow_rate_per_min"),
+        ("battery.flow_rate_per_s", "a number, 0 <= x <= 1000 [1/s]; or set flow_rate_per_min"),
         ("link.snr_threshold_dB", "a number, |x| <= 200 [dB]"),
         ("route.origin_m", "three numbers [x, y, z], each |x| <= 1e6 [m]"),
     ],
@@ -236,7 +236,7 @@ def test_one_attenuation(document: dict[str, Any]) -> None:
     none = spoilt(document, {"laser.attenuation_per_km": None})
     assert faults(none) == {
         "laser.attenuation_per_km": "is missing; a number, 0 <= x <= 10000 [1/km]; "
-        "or state visibility_km"
+        "or set visibility_km"
     }
     assert accepted(none, {"laser.visibility_km": 3}).laser is not None
     assert faults(spoilt(document, {"laser.visibility_km": 3})) == {
@@ -570,7 +570,7 @@ def test_shipped_directory_holds_missions_only() -> None:
 
 
 def test_every_charging_has_its_physics() -> None:
-    assert {*get_args(Charging)} == kibam.STEPS.keys()
+    assert {*get_args(Charging)} == kibam.STEP_BY_CHARGING.keys()
 
 
 def test_the_least_period_is_documented() -> None:

@@ -226,8 +226,7 @@ def test_all_faults_are_told_at_once() -> None:
     assert told == {
         "mass_kg": "mass_kg = -1: must be a number, 0.05 <= x <= 1000 [kg]",
         "cells": "cells = 'six': must be a whole number, 1 <= x <= 100 [-]",
-        "hover_min": "hover_min: is missing; a number, 1 <= x <= 10000 [min]; "
-        "or state hover_power_W",
+        "hover_min": "hover_min: is missing; a number, 1 <= x <= 10000 [min]; or set hover_power_W",
         "wings": "wings = 2: unknown key",
     }
 

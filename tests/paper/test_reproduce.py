@@ -198,7 +198,7 @@ def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch, few_points: None) -> None:
     """Few points of the curves that take long, and few stops at the mission's own deadline."""
-    monkeypatch.setattr(curves, "HALVINGS", 5)
+    monkeypatch.setattr(curves, "PACK_HALVINGS", 5)
     monkeypatch.setattr(curves, "SPEED_SHARES", (1.0, 1.1))
     monkeypatch.setattr(figures, "LATER", (1.0,))
     monkeypatch.setattr(figures, "WAYS", {"one rest, one hover": (1, 1)})

@@ -137,7 +137,7 @@ def test_times_are_null_where_there_is_no_plan(kind: str) -> None:
         (b"{", "is not JSON"),
         (b"[" * 100_000, "is not JSON"),
         (b"9" * 5000, "a whole number has more than 4300 digits"),
-        (b'{"kind": "optuav plan", "a": {"b": 1, "b": 2}}', "states the key 'b' more than once"),
+        (b'{"kind": "optuav plan", "a": {"b": 1, "b": 2}}', "contains the key 'b' more than once"),
         (b"[]", "is not a plan"),
         (b"null", "is not a plan"),
         (b"{}", '"kind": "optuav plan" is missing'),

@@ -80,7 +80,7 @@ def test_the_table_has_the_phases(kind: str) -> None:
         numbers = f"{phase.current_A:+.2f} {phase.power_W:+.0f}".replace("-", "−")
         assert f"{current_A} {power_W}" == numbers
         assert phase.end_place in row
-    assert "*: figures stated in the graph." in found if kind == "edited" else "*" not in found
+    assert "*: figures set in the graph." in found if kind == "edited" else "*" not in found
 
 
 @pytest.mark.parametrize("kind", INFEASIBLE)

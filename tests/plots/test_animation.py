@@ -21,7 +21,7 @@ from optuav import plots
 from optuav.errors import InputError, NoPlanError
 from optuav.plan.display import LACKING
 from optuav.plots import animation
-from optuav.plots.style import BLACK, LASER, applied
+from optuav.plots.style import BLACK, LASER, NAMES_PT, applied
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def lines(replayed: optuav.Replay, moment_s: float) -> dict[str, Line2D]:
     """The lines that move on the map at a moment, by what they are."""
     left, _ = Figure().subplots(1, 2)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(animation, "_still", lambda _: left.figure)
+        patch.setattr(animation, "_still", lambda _: (left.figure, NAMES_PT))
         list(animation.frames(replayed, [moment_s]))
     return dict(zip(("trail", "beam", "craft"), left.lines, strict=True))
 
@@ -73,7 +73,7 @@ def test_places_of_the_route_are_named_beside_them(
     """Within half an inch, and without names on each other."""
     plan = optuav.solve(name)
     with applied():
-        still = animation._still(optuav.replay(plan))
+        still, _ = animation._still(optuav.replay(plan))
     named = {text.get_text(): text for text in still.axes[0].texts}
     route = ["hover point" if place == "hover" else place for place in plan.route]
     assert {*route, "device", "laser"} <= named.keys()

@@ -340,6 +340,6 @@ def test_an_animation_shows_a_point_that_has_no_name() -> None:
     """A hover point of an itinerary is drawn and named by where it is."""
     stop = optuav.judge.Stop((900.0, 2600.0, 60.0), "hover", 30.0)
     replayed = optuav.replay(optuav.Itinerary(optuav.load("paper"), (stop,)))
-    figure = still(replayed)
+    figure, _ = still(replayed)
     written = [text.get_text().partition("\n")[0] for text in figure.axes[0].texts]
     assert "(900, 2600, 60)" in written

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 pytest.importorskip("matplotlib")
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 import optuav
 from optuav import plots
@@ -77,3 +79,13 @@ def test_what_is_no_answer_is_refused() -> None:
         optuav.InputError, match=r"found = 3: must be an answer of optuav.place_laser"
     ):
         plots.sites(3)  # type: ignore[arg-type]
+
+
+def test_the_title_of_a_wide_map_is_whole(tmp_path: Path) -> None:
+    """The first rows of the picture are white, though one scale for both axes moved them."""
+    flat = {"link.device_m": [285, 222, 0], "buildings": []}
+    mission = optuav.load("matrice350").replace(flat)
+    masts_m = [[0, 200, 6], [714, 0, 6], [300, 390, 6]]
+    found = optuav.place_laser(mission, masts_m, refine=False)
+    file = plots.save(plots.sites(found), tmp_path / "sites.png")
+    assert imread(file)[:4, :, :3].min() == 1.0

@@ -9,11 +9,18 @@ from hypothesis import strategies as st
 
 from optuav.presentation.numbers import (
     all_digits,
+    amperes,
+    coordinates,
     figure,
     figures_apart,
     fixed,
     percent,
     percent_apart,
+    seconds,
+    short,
+    significant,
+    typed,
+    watts,
     with_unit,
 )
 
@@ -71,6 +78,26 @@ def test_figures() -> None:
     assert all_digits(1e-7) == "0.0000001"
     assert figures_apart(1.0000001, 1.0000002, 3) == ("1.0000001", "1.0000002")
     assert figures_apart(2.0, 2.0, 3) == ("2", "2")
+
+
+def test_shares_in_whole_percent() -> None:
+    """Nearly nothing and nearly all are named; whole tens keep their zero."""
+    shown = [percent(share, 0) for share in (0.004, 0.2, 0.996, 1.0)]
+    assert shown == ["<1 %", "20 %", ">99 %", "100 %"]
+
+
+def test_computed_quantities() -> None:
+    """The digits belong to the quantity: a hundredth of a second, four digits of a load."""
+    assert (seconds(597.2696), seconds(-0.001, 1)) == ("597.27 s", "0.0 s")
+    assert (amperes(80.6487), watts(1789.96)) == ("80.65 A", "1790 W")
+    assert coordinates((10.0, -20.5, 1e-12)) == "(10, −20.5, 1e−12)"
+
+
+def test_numbers_to_copy() -> None:
+    """Files and command lines know no minus sign but the hyphen."""
+    assert (typed(-0.1), typed(1e9), typed(math.nan)) == ("-0.1", "1000000000", "nan")
+    assert (short(1e6), short(1e-6), short(2**63)) == ("1e6", "1e-6", "2**63")
+    assert significant(123456.0, 2) == 120000.0
 
 
 def test_fixed_decimals() -> None:

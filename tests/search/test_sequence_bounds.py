@@ -92,7 +92,7 @@ def wells_after_rests(known: Terrain, boxes: Boxes, stays_s: Floats) -> Floats:
     """
     current_A = known.stay_current_A[boxes.places[1:-1]]
     charging = [stop for stop in range(len(stays_s)) if (current_A[stop] > 0.0).any()]
-    levels, step = np.zeros((len(charging), 2, len(boxes))), kibam.STEPS["taper"]
+    levels, step = np.zeros((len(charging), 2, len(boxes))), kibam.STEP_BY_CHARGING["taper"]
     for plan in range(len(boxes)):
         begin = Tilted(*map(float, known.charge_at(boxes.places[0])))
         wells = begin.wells(known.battery)

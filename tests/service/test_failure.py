@@ -41,6 +41,18 @@ def uncovered_s(event: Event, drone: int, at_s: float) -> float:
     return sum(all(not begin <= s + 0.5 < end for begin, end in hovers) for s in seconds)
 
 
+@pytest.mark.parametrize("at_s", [2100, 3700])
+def test_a_new_roster_has_no_flight_without_a_hover_and_rests_as_long_as_climbs(at_s: int) -> None:
+    """A drone whose turn comes too early stays on its roof."""
+    for drone in range(1, 6):
+        roster = RESERVE.without(drone, at_s).roster
+        assert roster is not None
+        assert min(row["hover_s"] for row in roster.rows) > 1.0
+        for number in range(1, 6):
+            *rests_s, _ = [row["rest_s"] for row in roster.rows if row["drone"] == number] or [0.0]
+            assert all(rest_s >= 2.0 * CLIMB_S - 1e-6 for rest_s in rests_s)
+
+
 @few(8)
 @given(st.integers(1, 5), st.integers(0, 14_399))
 def test_gaps_are_those_that_seconds_show(drone: int, at_s: int) -> None:

@@ -291,7 +291,7 @@ def test_an_overlap_is_up_to_half_of_the_hover() -> None:
 
 def test_a_fleet_without_end_is_refused() -> None:
     """Weak pads let a drone hover for less than 1 % of the time."""
-    with pytest.raises(NoPlanError, match="more than 100000: state a smaller share"):
+    with pytest.raises(NoPlanError, match="more than 100000: ask for a smaller share"):
         optuav.coverage("matrice350", pad_power_W=22).fleet(1000)
 
 

@@ -246,6 +246,30 @@ def test_a_climb_that_costs_the_reserve_is_told(tmp_path: Path) -> None:
         assert ("WARNING" in file.read_text("utf-8")) == (file.suffix != ".waypoints")
 
 
+def test_the_audit_of_a_flight_gives_the_charges_of_the_roster(tmp_path: Path) -> None:
+    """Of later visits, too, which do not begin with a full battery."""
+    event = optuav.coverage(HERE).event(4, overlap_s=60.0, separation_m=10.0)
+    event.save_flights(tmp_path, START)
+    rows = roster(tmp_path)
+    assert min(float(row["battery_at_take_off_percent"]) for row in rows) < 95.0
+    for row in rows:
+        judged = optuav.audit(tmp_path / f"{row['files']}.plan", HERE)
+        left = 100.0 * judged.replay.soc["battery"]
+        assert left == pytest.approx(float(row["battery_left_percent"]), abs=0.06)
+        assert ("Take-off     with" in str(judged)) == (row["visit"] != "1")
+
+
+def test_a_map_says_when_charging_tapers(tmp_path: Path) -> None:
+    """The audit without a taper finds that the available well passes its full charge then."""
+    event = optuav.coverage(HERE).event(4)
+    event.save_flights(tmp_path, START)
+    file = tmp_path / "drone-1.kml"
+    (tapers_s, *_) = re.findall(r"s, charging tapers after ([\d.]+) s<", file.read_text("utf-8"))
+    (full_s, *_) = (e.time_s for e in optuav.audit(file, HERE).violations if e.kind == "full")
+    before_s = sum(phase.duration_s for phase in event.plans[0].phases[:3])
+    assert before_s + float(tapers_s) == pytest.approx(full_s, abs=0.01)
+
+
 def test_files_warn_of_drones_that_meet_and_say_how_to_audit_them(tmp_path: Path) -> None:
     """One roof and one hover point for all, also after a failure; apart, only the roof is told."""
     mission = optuav.load("relay-today").replace(BERLIN)

@@ -202,7 +202,7 @@ def test_a_wind_is_told_with_its_component_and_what_calm_air_gives() -> None:
     assert found.calm_hover_s == pytest.approx(calm.hover_s)
     words = " ".join(str(found).split())
     assert f"in calm air: {calm.hover_s:.2f} s of hover" in words
-    assert "state a range of wind.velocity_m_s[1] with 0" in words
+    assert "set a range of wind.velocity_m_s[1] that contains 0" in words
     both = {**box, "wind.velocity_m_s[1]": {"low": 0, "high": 12}}
     assert optuav.robust(windy, both, samples=9).in_calm_air is calm.in_calm_air is None
     with pytest.raises(InputError, match=r"did you mean 'wind\.velocity_m_s\[0\]'"):

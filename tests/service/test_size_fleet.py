@@ -188,6 +188,18 @@ def test_an_event_costs_what_its_roster_needs(mission: str, overlap_s: float) ->
     assert "for an event of 4 h" in str(alone)
 
 
+def test_hover_points_apart_count_in_an_event() -> None:
+    """Points 50 m apart have no third one below the limit, so that drones are even in number."""
+    cycle, apart = optuav.coverage("matrice350"), (0.0, 0.0, 50.0)
+    row = optuav.size_fleet("matrice350", hours=2, separation_m=50).rows[0]
+    assert row["drones"] == cycle.event(2, separation_m=apart).drones == 4
+    assert cycle.event(2).drones == 3
+    assert "next drone 50 m higher" in str(optuav.size_fleet("matrice350", None, 1, 0, 120, 2, 50))
+    with pytest.raises(InputError) as refused:
+        optuav.size_fleet("matrice350", share=0, separation_m=10)
+    assert {fault.key for fault in refused.value.faults} == {"share", "separation_m"}
+
+
 def test_sets_are_charged_one_after_the_other() -> None:
     """Packs land every 100 s and take 250 s to charge: by hand, with 0 to 3 chargers."""
     landings = [(100.0 * k, 250.0) for k in range(8)]

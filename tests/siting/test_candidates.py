@@ -97,6 +97,14 @@ def test_missions_have_their_laser(placed: Any, tmp_path: Path) -> None:
         assert optuav.solve(mission).hover_time_s == pytest.approx(longest_s, abs=1e-3)
 
 
+def test_a_candidate_on_the_other_side_of_the_earth_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "masts.geojson"
+    point = {"type": "Point", "coordinates": [93.4, 52.5]}
+    file.write_text(json.dumps({"type": "FeatureCollection", "features": [{"geometry": point}]}))
+    with pytest.raises(InputError, match=r"candidates\[0\] = \[93.4, 52.5\]: must be a place"):
+        optuav.place_laser(HERE, file)
+
+
 def test_the_picture_has_the_numbers_of_the_text(placed: Any) -> None:
     """Beside the squares of the sites."""
     from optuav import plots

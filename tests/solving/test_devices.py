@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import optuav
 from optuav.engines import dispatch
@@ -21,6 +23,7 @@ from optuav.options import Perspective
 from optuav.solving import wanted_hover
 from optuav.solving.question import solve_model
 from optuav.status import Status
+from tests.kibam import Kibam
 from tests.solving.devices import Town, random_town
 
 PLACES = {"west": (400, 2600, 0), "north": (1000, 3000, 0), "east": (1700, 2400, 0)}
@@ -206,7 +209,7 @@ def test_a_hover_that_fits_on_no_route_needs_no_engine(monkeypatch: pytest.Monke
     monkeypatch.setattr(dispatch, "answered", refused)
     plan = optuav.solve("three-sensors", optuav.P2(hover_time_s=2600))
     assert plan.status is Status.INFEASIBLE
-    assert plan.reasons == ("2600 s of hover do not fit: the longest is 2512.60 s, by P1",)
+    assert plan.reasons == ("2600 s of hover do not fit: the longest is 2356.02 s, by P1",)
 
 
 # Against an oracle that shares no code
@@ -297,6 +300,111 @@ def test_the_least_detour_is_the_best_place_to_rest(seed: int) -> None:
     costs = [detour(*pair) for pair in itertools.pairwise(places)]
     if plan.rest_time_s > 0.0:
         assert plan.route.index("b0") - 1 == int(np.argmin(costs))
+
+
+class DarkTown(Town):
+    """A town whose laser sees only the roof b1."""
+
+    def received_W(self, place: str) -> float:
+        return super().received_W(place) if place == "b1" else 0.0
+
+
+def test_a_roof_without_current_may_be_the_best_place_to_rest() -> None:
+    """A.4: charge flows over from the bound well; only lit roofs, or no rest, lose half a minute.
+
+    The roof is beside the hover point, and the rest draws nothing.
+    """
+    roofs = {"b0": (1000.0, 2300.0, 60.0), "b1": (200.0, 300.0, 60.0)}
+    figures: dict[str, Any] = {"fraction": 0.5, "rate_per_s": 3e-4, "rest": (0.0, 0.0)}
+    figures |= {"min_soc": 0.05, "charge_A": 5.0, "deadline_s": 1600.0}
+    town = DarkTown({"d0": (1000.0, 2500.0, 50.0)}, roofs, {"d0": 1.0}, **figures)
+    mission = town.mission()
+    graph = optuav.graph(mission)
+    for place in ("hover", "b0"):
+        graph.nodes[place].update(laser_sight=False, received_power_W=0.0)
+    best, lit, none = (
+        optuav.solve(mission, problem, graph=graph)
+        for problem in (optuav.P1(), optuav.P4("b1"), optuav.P3())
+    )
+    assert best.route == ("origin", "hover", "b0", "destination")
+    assert best.rest_time_s > 60.0
+    for plan, route in ((best, ("d0", "b0")), (lit, ("d0", "b1")), (none, ("d0",))):
+        assert plan.hover_time_s == pytest.approx(town.available(route), abs=0.01)
+    assert best.hover_time_s > lit.hover_time_s + 30.0 > none.hover_time_s + 30.0
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=st.data())
+def test_available_charge_falls_in_the_hover_where_hovers_draw_enough(data: st.DataObject) -> None:
+    """A.6: by wells of the tests' own, against differences of two nearly equal hovers.
+
+    y1 falls all along a hover, and at every later moment by ∂y1/∂t_u = −((1 − e)ωI_u + e(I_u +
+    k'z_u)), with z = y1 − ωy at its end and e = e^(−k'τ) after the time τ; so for a fixed rest a
+    longer Δ leaves less at every moment.
+    """
+    fraction, rate_per_s = data.draw(st.floats(0.1, 0.9)), data.draw(st.floats(1e-5, 2e-3))
+    capacity_As, levels_per_s = 1000.0, rate_per_s / (fraction * (1.0 - fraction))
+    least_A = rate_per_s * capacity_As
+    phases = list[tuple[str, float, float]]()  # Kind, current into the battery, time or share
+    for kind in data.draw(st.permutations(["hover", "hover", "hover", "rest"])):
+        phases.append(("flight", -data.draw(st.floats(0.0, 3.0)), data.draw(st.floats(0.0, 20.0))))
+        net_A = -least_A * data.draw(st.floats(1.0, 3.0))
+        net_A = data.draw(st.floats(-0.1, 2.0)) if kind == "rest" else net_A
+        phases.append((kind, net_A, data.draw(st.floats(0.1, 1.0))))
+    phases.append(("flight", -1.0, 10.0))
+    rest_s = data.draw(st.floats(0.0, 200.0))
+    times = {"flight": 1.0, "rest": rest_s, "hover": data.draw(st.floats(0.0, 0.2)) / rate_per_s}
+
+    def flown(hover_s: float, longer: int = -1, more_s: float = 0.0) -> list[tuple[float, float]]:
+        """y1 and z at the end of every phase, one of which lasts longer."""
+        wells, moments = Kibam(capacity_As, fraction, rate_per_s), list[tuple[float, float]]()
+        for number, (kind, net_A, amount) in enumerate(phases):
+            lasts_s = amount * {**times, "hover": hover_s}[kind]
+            wells.spend(net_A, lasts_s + more_s * (number == longer), samples=4)
+            y1, y2 = float(wells.y1), float(wells.y2)
+            moments.append((y1, y1 - fraction * (y1 + y2)))
+        return moments
+
+    hover_s = times["hover"]
+    moments = flown(hover_s)
+    within = [-1e-9 <= y1 <= fraction * capacity_As + 1e-9 for y1, _ in moments]
+    assume(all(within))
+    step_s = 1e-4 / rate_per_s
+    for number, (kind, net_A, amount) in enumerate(phases):
+        if kind != "hover":
+            continue
+        fall_A = -net_A + levels_per_s * moments[number][1]
+        assert fall_A >= -1e-9 * least_A
+        wells = Kibam(capacity_As, fraction, rate_per_s)
+        for before, before_A, size in phases[:number]:
+            wells.spend(before_A, size * times[before])
+        along = [float(wells.y1)]
+        for _ in range(5):
+            wells.spend(net_A, 0.2 * amount * hover_s)
+            along.append(float(wells.y1))
+        assert max(np.diff(along)) <= 1e-9 * capacity_As
+        more, fewer = (flown(hover_s, number, sign * step_s) for sign in (1.0, -1.0))
+        later_s = 0.0
+        for moment in range(number, len(phases)):
+            if moment > number:
+                later_s += phases[moment][2] * times[phases[moment][0]]
+            fade = math.exp(-levels_per_s * later_s)
+            slope_A = -(1.0 - fade) * fraction * -net_A - fade * fall_A
+            by_difference_A = (more[moment][0] - fewer[moment][0]) / (2.0 * step_s)
+            assert by_difference_A == pytest.approx(slope_A, rel=1e-4, abs=1e-5 * least_A)
+    shorter = flown(data.draw(st.floats(0.0, 1.0)) * hover_s)
+    assert all(
+        less[0] <= y1[0] + 1e-9 * capacity_As for less, y1 in zip(moments, shorter, strict=True)
+    )
+
+
+def test_available_charge_may_rise_in_a_hover_that_draws_little() -> None:
+    """The condition of A.6 is needed: half of k_F B, with wells that a fast flight has drained."""
+    wells = Kibam(1000.0, 0.5, 1e-3)
+    wells.spend(-40.0, 12.0)
+    before_As = float(wells.y1)
+    wells.spend(-0.5, 10.0)
+    assert 0.0 < before_As < float(wells.y1)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -549,7 +657,7 @@ def test_many_routes_with_blocked_legs_are_compared_without_a_warning() -> None:
 
 
 def test_repairs_count_every_order_of_the_devices() -> None:
-    """The shortest deadline with a plan does not depend on the order in the file."""
+    """The shortest deadline with a plan, to three digits, does not depend on the file's order."""
     sensors = optuav.load("three-sensors")
     short = sensors.replace({"limits.deadline_s": 20})
     devices = [device.model_dump() for device in reversed(sensors.devices)]
@@ -559,7 +667,7 @@ def test_repairs_count_every_order_of_the_devices() -> None:
         known.add(str(repairs["limits.deadline_s"]))
         value: Any = repairs["limits.deadline_s"].value
         assert optuav.solve(mission.replace({"limits.deadline_s": value}))
-        assert not optuav.solve(mission.replace({"limits.deadline_s": value - 0.1}))
+        assert not optuav.solve(mission.replace({"limits.deadline_s": value - 1.0}))
     assert len(known) == 1
 
 

@@ -73,9 +73,7 @@ def test_auto_takes_the_first_that_takes_the_model(
 
 def test_model_that_no_engine_takes() -> None:
     """A kink in continuous times; the refusal says what the model is, and what would help."""
-    with pytest.raises(
-        InputError, match=r"model \(not smooth, 1 unknown\) in .*: state slot_s for"
-    ):
+    with pytest.raises(InputError, match=r"model \(not smooth, 1 unknown\) in .*: set slot_s for"):
         solve("paper", Kinked(), perspective="battery")
 
 
@@ -92,8 +90,8 @@ def test_model_that_no_engine_takes() -> None:
         (Binary(), {"engine": "closed-form"}, "it does not support binary unknowns"),
         (Free(), {"engine": "closed-form"}, "it needs a lower bound on Δ"),
         (Free(), {"engine": "grid"}, "it needs a lower bound on Δ"),
-        ("P1", {"engine": "closed-form", "slot_s": 1.0}, "it takes continuous times only"),
-        ("P1", {"engine": "casadi", "slot_s": 1.0}, "it takes continuous times only"),
+        ("P1", {"engine": "closed-form", "slot_s": 1.0}, "it accepts only continuous times"),
+        ("P1", {"engine": "casadi", "slot_s": 1.0}, "it accepts only continuous times"),
     ],
 )
 def test_impossible_pairs_are_refused_with_the_reason(
@@ -128,15 +126,15 @@ def test_table_and_refusals_agree(model: Traits, slots: bool, engine: str) -> No
         assert engine_of(engine).obstacle(model, slots) == ""
         need(engine, model, slots)
     else:
-        with pytest.raises(InputError, match=f"engine {engine} does not take this model"):
+        with pytest.raises(InputError, match=f"engine {engine} does not accept this model"):
             need(engine, model, slots)
 
 
 def test_formulate_refuses_an_engine_that_does_not_take_the_problem() -> None:
     """Before anything is solved, and with those that do."""
-    with pytest.raises(InputError, match=r"closed-form does not take.*cvxpy, grid"):
+    with pytest.raises(InputError, match=r"closed-form does not accept.*cvxpy, grid"):
         formulate("paper", slot_s=1.0, engine="closed-form", perspective="battery")
-    with pytest.raises(InputError, match="cvxpy does not take"):
+    with pytest.raises(InputError, match="cvxpy does not accept"):
         formulate("paper", "P3", perspective="wells", engine="cvxpy")
 
 

@@ -124,7 +124,7 @@ def test_lengths_of_an_edited_graph_are_those_of_its_edges() -> None:
         ("laser_powr_W", "given has no 'laser_powr_W'; did you mean 'laser_power_W'?"),
         (
             "laser_visibility_km",
-            "the mission does not state laser.visibility_km",
+            "the mission does not set laser.visibility_km",
         ),
         ("min_sok", "did you mean 'min_soc'?"),
         ("power_W", "by its table and key, such as laser_power_W"),

@@ -264,7 +264,7 @@ def test_every_pair_of_options_is_answered_or_refused(problem: str) -> None:
                 name for name, is_refused in refused.items() if is_refused
             ]
         elif engine == "closed-form" and slot_s is not None:
-            with pytest.raises(InputError, match="continuous times only"):
+            with pytest.raises(InputError, match="only continuous times"):
                 solve(SMALL, problem, **{"perspective": "battery", **options})
         else:
             plan = solve(SMALL, problem, **{"perspective": "battery", **options})

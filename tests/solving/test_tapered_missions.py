@@ -145,7 +145,7 @@ def test_several_stops_that_taper(mission: Mission, monkeypatch: pytest.MonkeyPa
 def test_engines_that_are_refused(mission: Mission) -> None:
     """As under `available` at constant current."""
     for engine in ("cvxpy", "closed-form"):
-        with pytest.raises(InputError, match="linear models only"):
+        with pytest.raises(InputError, match="only linear models"):
             formulate(mission, engine=engine)
 
 

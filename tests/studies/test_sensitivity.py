@@ -548,7 +548,7 @@ def test_the_mean_says_that_a_sample_without_a_plan_counts_as_none() -> None:
     assert 20 < len(flown) < 200
     words = f"mean {times_s.mean():.1f} s with 0 s for no plan, {flown.mean():.1f} s where there"
     assert words in " ".join(str(found).split())
-    assert "1 key at once, as stated: 200 samples" in str(found)
+    assert "1 key at once, as specified: 200 samples" in str(found)
 
 
 def test_a_plan_without_an_answer_is_refused() -> None:
@@ -574,7 +574,7 @@ def test_a_key_that_the_mission_does_not_state_needs_a_range() -> None:
     assert {r["now"] for r in again.rows if r["key"] == "laser.visibility_km"} == {12.0}
     assert optuav.samples("paper", haze, 4)["laser.visibility_km"].shape == (4,)
     for form in ({"percent": 5}, {"deviation": 1.0}):
-        with pytest.raises(optuav.InputError, match="does not state it: state low and high"):
+        with pytest.raises(optuav.InputError, match="does not set it: set low and high"):
             optuav.sensitivity("paper", {"laser.visibility_km": form}, samples=8)
     with pytest.raises(optuav.InputError, match="only with flight"):
         optuav.sensitivity("paper", {"flight.tip_speed_m_s": {"low": 1, "high": 2}}, samples=8)

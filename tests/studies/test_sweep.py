@@ -394,7 +394,7 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
         ),
         (
             '[grid]\nlimits.deadline_s = [9, 8]\n"limits.deadline_s" = [1]',
-            r"grid\.limits\.deadline_s: must be stated once",
+            r"grid\.limits\.deadline_s: must be set once",
         ),
         ("samples.count = 3", "at least one key"),
         ("samples.battery.capacity_As = { percent = 3 }", "samples.count: must be a whole number"),
@@ -441,7 +441,7 @@ def test_a_sweep_goes_on_with_the_same_table_of_buildings_alone(tmp_path: Path) 
     optuav.sweep(file)
     assert content(directory) == before
     roofs.write_text("name,x_m,y_m,z_m\na,900,1500,61\n")
-    with pytest.raises(InputError, match="holds the parts of another study"):
+    with pytest.raises(InputError, match="contains the parts of another study"):
         optuav.sweep(file)
     assert content(directory) == before
 
@@ -452,7 +452,7 @@ def test_a_directory_of_anything_else_is_left_alone(tmp_path: Path) -> None:
     directory = optuav.sweep(file).directory
     before = content(directory)
     file.write_text(GRID.replace("1230", "1231"))
-    with pytest.raises(InputError, match="holds the parts of another study: state another output"):
+    with pytest.raises(InputError, match="contains the parts of another study: set another output"):
         optuav.sweep(file)
     file.write_text(GRID)
     manifest = directory / "manifest.json"
@@ -469,7 +469,7 @@ def test_a_directory_of_anything_else_is_left_alone(tmp_path: Path) -> None:
                 call(path)
         assert manifest.read_bytes() == foreign
     manifest.unlink()
-    with pytest.raises(InputError, match="is not empty, and holds no sweep"):
+    with pytest.raises(InputError, match="is not empty, and contains no sweep"):
         optuav.sweep(file)
     before.pop("manifest.json")
     assert content(directory) == before
@@ -689,7 +689,7 @@ def test_an_engine_of_ones_own_is_used_by_its_name(tmp_path: Path) -> None:
     ("engine", "words"),
     [
         ("casad", "engine = 'casad': must be one of auto, .*did you mean 'casadi'"),
-        ("closed-form", "engine closed-form does not take this model"),
+        ("closed-form", "engine closed-form does not accept this model"),
     ],
 )
 def test_an_engine_that_cannot_answer_is_refused_before_the_work(

@@ -118,7 +118,7 @@ def test_keys_along_change_by_the_same_factor() -> None:
         (
             {"laser": {"visibility_km": {"percent": 1}}},
             "laser.visibility_km",
-            "the mission does not state it: state low and high",
+            "the mission does not set it: set low and high",
         ),
         ({"buildings": {"b1": {}}}, "buildings.b1", "a numeric key of a mission"),
         ({"body": 3}, "body", "a numeric key of a mission"),

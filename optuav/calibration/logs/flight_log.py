@@ -14,6 +14,7 @@ from optuav.calibration import csv
 from optuav.calibration.logs.samples import Columns, Readings, in_order
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import plural
+from optuav.presentation.numbers import percent, seconds
 
 STILL_m_s = 1.0  # speed over ground below which an airborne UAV hovers
 LEVEL_m_s, LEVEL_SLOPE = 0.5, 0.2  # climb, and climb over speed, up to which flight is level
@@ -89,19 +90,21 @@ class FlightLog:
         """Sentences on the share of the time that is used, and on the rest."""
         used, step_s, total_s = self.used, self.step_s, float(np.sum(self.step_s))
         parts = [
-            f"{np.sum(step_s[used & (self.phase == phase)]) / total_s:.0%} {phase}"
+            f"{percent(np.sum(step_s[used & (self.phase == phase)]) / total_s, 0)} {phase}"
             for phase in (HOVER, FLIGHT, REST)
             if np.any(used & (self.phase == phase))
         ]
         share = float(np.sum(step_s[used])) / total_s
         of = f" ({', '.join(parts)})" if len(parts) > 1 else ""
-        yield f"{self.source}: {share:.0%} of {total_s:.0f} s {words}{of}".replace("%", " %")
+        yield f"{self.source}: {percent(share, 0)} of {seconds(total_s, 0)} {words}{of}"
         reasons = np.where(self.reason != "", self.reason, self.phase)
         words_of = {HOVER: "of hover", FLIGHT: "of unsteady flight", REST: "at rest"}
         left = {why: float(np.sum(step_s[~used & (reasons == why)])) for why in set(reasons)}
         by_size = sorted(left.items(), key=lambda time: (-time[1], time[0]))
         gone = [
-            f"{time_s:.0f} s {words_of.get(why, why)}" for why, time_s in by_size if time_s >= 0.5
+            f"{seconds(time_s, 0)} {words_of.get(why, why)}"
+            for why, time_s in by_size
+            if time_s >= 0.5
         ]
         if gone:
             yield f"{self.source}: left out are {', '.join(gone)}"
@@ -114,23 +117,23 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     if damaged:
         samples = _plausible(samples)
     current_A = samples.current_A
-    known = np.isfinite(samples.time_s) & np.isfinite(current_A)
+    measured = np.isfinite(samples.time_s) & np.isfinite(current_A)
     for sign in csv.UNKNOWN["current"]:
-        known &= ~np.isclose(current_A, sign, rtol=csv.ROUNDED_UNIT, atol=0.0)
-    known &= np.all(np.abs([samples.time_s, current_A]) < csv.LARGEST, axis=0)
-    samples = samples.only(known)
+        measured &= ~np.isclose(current_A, sign, rtol=csv.ROUNDED_UNIT, atol=0.0)
+    measured &= np.all(np.abs([samples.time_s, current_A]) < csv.LARGEST, axis=0)
+    samples = samples.only(measured)
     moves_on = in_order(samples.time_s)
-    if (count := int(np.sum(~known))) and known.any():
-        warned.append(f"{count} of {plural(len(known), 'sample')} have no current")
+    if (count := int(np.sum(~measured))) and measured.any():
+        warned.append(f"{count} of {plural(len(measured), 'sample')} have no current")
     if count := int(np.sum(~moves_on)):
-        words = f"{count} of {plural(len(known), 'sample')}"
+        words = f"{count} of {plural(len(measured), 'sample')}"
         warned.append(f"{words} have a time out of order and are left out")
     samples = samples.only(moves_on)
     current_A = samples.current_A
     if len(current_A) < 3 or not np.any(np.abs(current_A) > 0.0):
         words = "has no current: a sensor must measure it, and the autopilot must log it"
-        few = "; ".join([f"has {plural(len(known), 'sample')}", *notes])
-        raise refusal(path, words if len(known) > 2 else few)
+        few = "; ".join([f"has {plural(len(measured), 'sample')}", *notes])
+        raise refusal(path, words if len(measured) > 2 else few)
     if np.sum(current_A) < 0.0:
         samples = samples._replace(current_A=-current_A)
         notes = [*notes, "the current is negative while discharging; its sign is turned"]
@@ -179,6 +182,13 @@ def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_
     down = np.where(landed < 0, off | (current_A < AFLOAT * usual_A), landed == 1)
     slow = (speed_m_s < STILL_m_s) & (climb < LEVEL_m_s)
     level = climb <= np.maximum(LEVEL_m_s, LEVEL_SLOPE * np.nan_to_num(speed_m_s))
+    if np.any(stops := slow & ~off & ~down):
+        # An autopilot tells a take-off early and a landing late: rotors carry nothing there yet.
+        carried = ~slow | (current_A >= AFLOAT * np.median(current_A[stops]))
+        for run in runs(~off & ~down):
+            taken_off = np.maximum.accumulate(carried[run])
+            landing = np.maximum.accumulate(carried[run][::-1])[::-1]
+            down[run] = ~(taken_off & landing)
     hovers = np.zeros(len(time_s), bool)
     for run in runs(slow & ~off & ~down):
         hovers[run] = time_s[run[-1]] - time_s[run[0]] >= LASTING_S

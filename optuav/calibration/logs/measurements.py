@@ -12,10 +12,11 @@ from optuav.arrays import Floats
 from optuav.calibration import csv
 from optuav.calibration.logs.flight_log import FLIGHT, HOVER, LASTING_S, FlightLog, runs
 from optuav.mission.files import refusal
+from optuav.presentation.numbers import percent, seconds
 
 STEADY_m_s = 0.5  # largest standard deviation of a speed that is steady
 FULL, EMPTY = 0.95, 0.15  # charge at the ends of the discharge of a full battery
-NO_VOLTAGE = "has no voltage: without it currents give no power"
+NO_VOLTAGE = "has no voltage, which is needed to turn currents into powers"
 
 
 def steady(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
@@ -28,8 +29,8 @@ def steady(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
         for run in runs(log.phase == phase):
             count = int((time_s[run[-1]] - time_s[run[0]]) // LASTING_S)
             for part in np.array_split(run, count) if count else ():
-                known = np.isfinite(speed_m_s[part] * voltage_V[part])
-                if known.sum() < 2 or np.std(speed_m_s[part]) > STEADY_m_s:
+                measured = np.isfinite(speed_m_s[part] * voltage_V[part])
+                if measured.sum() < 2 or np.std(speed_m_s[part]) > STEADY_m_s:
                     continue
                 used[part] = True
                 speeds.append(float(np.mean(speed_m_s[part])) if phase == FLIGHT else 0.0)
@@ -51,15 +52,17 @@ def discharge(log: FlightLog) -> tuple[csv.Measurements, FlightLog]:
     samples = log.samples.only(used)
     charge = samples.charge[np.isfinite(samples.charge)]
     if len(charge) and (charge[0] < FULL or charge[-1] > EMPTY):
-        words = f"a record of one discharge, from at least {FULL:.0%} to at most {EMPTY:.0%}"
-        ends = f"the log goes from {charge[0]:.0%} to {charge[-1]:.0%}"
-        raise refusal(Path(log.source), f"{words} of the charge; {ends}".replace("%", " %"))
+        words = (
+            f"a record of one discharge, from at least {percent(FULL)} to at most {percent(EMPTY)}"
+        )
+        ends = f"the log goes from {percent(charge[0], 0)} to {percent(charge[-1], 0)}"
+        raise refusal(Path(log.source), f"{words} of the charge; {ends}")
     notes, warnings = [*log.notes], [*log.warnings, *_gaps(log.source, samples.time_s)]
     if not used.all():
         after_s, end_s = time_s[-1] - samples.time_s[-1], samples.time_s[-1]
         words = "the discharge ends with the last sample in the air"
-        left = f"{after_s:.1f} s after it are left out"
-        notes.append(f"{log.source}: {words}, at {end_s:.1f} s; {left}")
+        left = f"{seconds(after_s, 1)} after it are left out"
+        notes.append(f"{log.source}: {words}, at {seconds(end_s, 1)}; {left}")
     numbers = {"time": samples.time_s, "current": samples.current_A / log.packs}
     record = _measurements(log.source, {"time": "time", "current": "current"}, numbers)
     return record, replace(log, used=used, notes=tuple(notes), warnings=tuple(warnings))
@@ -71,7 +74,7 @@ def _gaps(source: str, time_s: Floats) -> Iterator[str]:
     wide_s = steps_s[steps_s > csv.WIDEST_STEP * np.median(steps_s)] if len(steps_s) else steps_s
     if len(wide_s):
         words = "the log has no current: the current before each gap is used"
-        yield f"{source}: in gaps of {np.sum(wide_s):.1f} s in all {words}"
+        yield f"{source}: in gaps of {seconds(np.sum(wide_s), 1)} in all {words}"
 
 
 def _measurements(

@@ -15,6 +15,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.calibration.logs.samples import CUT_OFF, Pack, Readings, Velocity, side_by_side
 from optuav.mission.files import refusal
+from optuav.presentation.numbers import percent, seconds
 
 INSTALL = 'python -m pip install "optuav[logs]"'
 DAMAGED = "is damaged; what could be read is used"
@@ -58,18 +59,19 @@ def read(path: Path) -> Readings:
         raise refusal(path, "is a ULog of PX4 that is damaged or cut off") from None
     warnings = []
     if damaged:
-        share = f"{100.0 * damaged / len(content):.2g} %"
+        share = percent(damaged / len(content))
         warnings.append(f"has damaged parts: {share} of the file is skipped, and more may be wrong")
     elif log.file_corruption:
         warnings.append(DAMAGED)
     warnings += [CUT_OFF] if file.short else []
     if lost_s := sum(dropout.duration for dropout in log.dropouts) / 1e3:
-        warnings.append(f"the logger dropped out for {lost_s:.1f} s in all")
+        warnings.append(f"the logger dropped out for {seconds(lost_s, 1)} in all")
     messages: dict[str, list[Any]] = {name: [] for name in wanted}
     for of in sorted(log.data_list, key=lambda data: data.multi_id):
         messages[of.name].append({"t": of.data["timestamp"] / 1e6, **of.data})
     if not messages["battery_status"]:
-        raise refusal(path, "has no battery_status: PX4 logged no battery")
+        words = "has no battery_status: PX4 logged no battery"
+        raise refusal(path, "; ".join([words, *warnings]))
     packs = [
         Pack(of["t"], _column(of, "current_a"), _column(of, "voltage_v"), _column(of, "remaining"))
         for of in messages["battery_status"]

@@ -169,10 +169,11 @@ function drawOptimum(picture, {best: [rest_s, hover_s], rests}, trail, mark, nar
 function nameNowhere(picture, limits) {
   const {left, right, top, bottom, size} = picture;
   const nowhere = limits.filter(({forbids, excess}) => forbids && d3.max(excess) < 0);
-  const middle = {x: (left + right) / 2, anchor: "middle", ...STRONG};
-  nowhere.slice(0, MOST_NOWHERE).forEach(({role, words}, k) => {
-    const y = (top + bottom) / 2 + 1.5 * k * size;
-    picture.write({...middle, y, words: `${words} – violated everywhere`, fill: role});
+  if (!nowhere.length) return;
+  const lines = [{role: "ink", words: "violated everywhere:"}, ...nowhere.slice(0, MOST_NOWHERE)];
+  lines.forEach(({role, words}, k) => {
+    const y = (top + bottom) / 2 + 1.5 * (k - 1) * size;
+    picture.write({...STRONG, x: (left + right) / 2, y, words, anchor: "middle", fill: role});
   });
 }
 

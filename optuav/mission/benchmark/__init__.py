@@ -65,11 +65,11 @@ def recipes() -> dict[str, Recipe]:
 
 def recipe_of(name: str) -> Recipe:
     """The recipe of a mission, or an `InputError`."""
-    known = recipes()
-    if name not in known:
-        hint = nearest(name, known) or "; optuav missions --set lists them"
+    recipe_of = recipes()
+    if name not in recipe_of:
+        hint = nearest(name, recipe_of) or "; optuav missions --set lists them"
         raise InputError([Fault("", "", f"there is no such mission in the set{hint}", name)])
-    return known[name]
+    return recipe_of[name]
 
 
 def town(

@@ -15,7 +15,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 REACH = 7.5
 """Standard deviations beyond which a normal density is left out: less than 1e-12 of it."""
 FARTHEST = 8.5  # Displacement in standard deviations per axis; 2e-16 of the law lie beyond
-STEPS, NEAR = 24, 1e-6
+NEWTON_STEPS, NEAR = 24, 1e-6
 """Steps for the displacement where a limit begins to act, and a step small enough as a share
 of the standard deviation: an error there counts in its square."""
 PLACES_AT_ONCE = 256  # Places that are computed together: as many as fit the cache
@@ -63,7 +63,7 @@ def _limited(weights: Floats, a: Floats, w2: Floats, away: Floats, most: Floats)
 
     # Newton's steps from the rim of the disc, halving where they leave the known interval.
     low, high, r = np.zeros_like(a), FARTHEST * away, np.minimum(a, FARTHEST * away)
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         excess = beyond(r) - most
         low, high = np.where(excess >= 0.0, r, low), np.where(excess < 0.0, r, high)
         slope = _slope(a, w2, r) @ weights

@@ -10,7 +10,7 @@ from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from PIL import Image
+from PIL import Image, ImageSequence
 
 import optuav
 from optuav.plots.animation import gif
@@ -24,11 +24,11 @@ class Movie:
     words: str
 
     def _repr_html_(self) -> str:
-        frames, still = Image.open(io.BytesIO(self.gif)), io.BytesIO()
-        frames.seek(frames.n_frames - 1)
-        frames.convert("RGB").save(still, "png")
+        *_, last = ImageSequence.Iterator(Image.open(io.BytesIO(self.gif)))
+        still = io.BytesIO()
+        last.convert("RGB").save(still, "png")
         moving, end = (b64encode(data).decode() for data in (self.gif, still.getvalue()))
-        look = f"display: block; width: 100%; max-width: {frames.width}px"
+        look = f"display: block; width: 100%; max-width: {last.width}px"
         return (
             '<picture><source media="(prefers-reduced-motion: reduce)" '
             f'srcset="data:image/png;base64,{end}">'

@@ -10,6 +10,7 @@ from scipy.optimize import linprog
 
 import optuav
 from optuav.looks import LOOKS, PHASES, SERIES
+from optuav.presentation.numbers import figure, fixed
 
 WHOLE = 1e-6  # Largest distance from a whole number that counts as rounding
 LOOK = {
@@ -31,7 +32,7 @@ class Node:
     least: np.ndarray
     most: np.ndarray
     bound: float  # −∞ if no point is feasible
-    point: np.ndarray | None
+    point: np.ndarray  # NaN if no point is feasible
     born: int  # Step in which the node is made
     fates: dict[int, str] = field(default_factory=dict)  # By the step in which they come true
 
@@ -66,13 +67,14 @@ def branch_and_bound(
 
     def add(branch: str, parent: int | None, low: np.ndarray, high: np.ndarray, step: int) -> None:
         nonlocal best
-        ranges = np.stack([low, high], axis=1)
+        ranges = [*zip(low, high, strict=True)]
         answer = linprog(-np.asarray(gain), rows, limits, bounds=ranges)
-        bound = -answer.fun if answer.success else -np.inf
-        node = Node(branch, parent, low, high, bound, answer.x if answer.success else None, step)
-        if node.point is None:
+        point = np.full(low.size, np.nan) if answer.x is None else answer.x
+        bound = -np.inf if answer.fun is None else -float(answer.fun)
+        node = Node(branch, parent, low, high, bound, point, step)
+        if bound == -np.inf:
             node.fates[step] = "infeasible"
-        elif np.abs(node.point - node.point.round()).max() < WHOLE:
+        elif np.abs(point - point.round()).max() < WHOLE:
             node.fates[step] = "best" if bound > best else "dropped"
             best = max(best, bound)
         tree.nodes.append(node)
@@ -95,8 +97,8 @@ def branch_and_bound(
         below = np.floor(node.point[at])
         low, high = node.least.copy(), node.most.copy()
         high[at], low[at] = below, below + 1.0
-        add(f"{names[at]} ≤ {below:g}", number, node.least, high, step)
-        add(f"{names[at]} ≥ {below + 1.0:g}", number, low, node.most, step)
+        add(f"{names[at]} ≤ {figure(below)}", number, node.least, high, step)
+        add(f"{names[at]} ≥ {figure(below + 1.0)}", number, low, node.most, step)
 
 
 def places(nodes: Sequence[Node]) -> list[tuple[float, int]]:
@@ -128,9 +130,11 @@ def draw(tree: Tree, unit: str = "s") -> object:
             if step >= steps:
                 continue
             best = (
-                f"best plan {tree.best[step]:.0f} {unit}" if tree.best[step] > 0 else "no plan yet"
+                f"best plan {fixed(tree.best[step], 0)} {unit}"
+                if tree.best[step] > 0
+                else "no plan yet"
             )
-            ax.set_title(f"step {step}: bound {tree.bounds[step]:.1f} {unit}, {best}")
+            ax.set_title(f"step {step}: bound {fixed(tree.bounds[step], 1)} {unit}, {best}")
             for node, (x, y) in zip(tree.nodes, at, strict=True):
                 if node.born > step:
                     continue
@@ -140,7 +144,7 @@ def draw(tree: Tree, unit: str = "s") -> object:
                         [x_0, x], [-y_0, -y], color=LOOKS["muted"].light, linewidth=0.8, zorder=1
                     )
                 fill, edge = LOOK[node.fate(step)]
-                words = f"{node.bound:.1f} {unit}" if node.point is not None else "no point"
+                words = f"{fixed(node.bound, 1)} {unit}" if node.bound > -np.inf else "no point"
                 fate = {"best": "\nplan", "dropped": "\ndropped"}.get(node.fate(step), "")
                 box = {"boxstyle": "round,pad=0.35", "facecolor": fill, "edgecolor": edge}
                 box["linestyle"] = "--" if node.fate(step) in ("dropped", "infeasible") else "-"

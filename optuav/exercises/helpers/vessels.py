@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from helpers.movies import Movie, movie
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Polygon, Rectangle
 from PIL import Image
 
 import optuav
+from optuav.exercises.helpers.movies import Movie, movie
 from optuav.looks import LOOKS
 from optuav.physics.kibam import Battery, Stage, Wells, step
+from optuav.presentation.numbers import amperes, fixed
 
 AVAILABLE, BOUND, STREAM, INK = (LOOKS[role].light for role in ("available", "bound", "dry", "ink"))
 GAP, THICK = 0.16, 0.035  # Length and height of the pipe, in widths and heights of the whole
@@ -38,7 +40,7 @@ def draw(ax: Axes, battery: Battery, wells: Wells, drawn_A: float, title: str) -
         ax.add_patch(Rectangle((left, 0.0), width, height, color=colour, linewidth=0.0))
         walls = [left, left, left + width, left + width], [1.1, 0.0, 0.0, 1.1]
         ax.plot(*walls, color=INK, linewidth=1.5, solid_joinstyle="miter")
-        words = f"{max(0.0, float(charge_As)):.0f} A s"
+        words = f"{fixed(max(0.0, float(charge_As)), 0)} A s"
         ax.text(left + width / 2, 1.13, words, ha="center", fontsize=8, color=INK)
     ax.add_patch(Rectangle((ω, 0.0), GAP, THICK, facecolor=BOUND, edgecolor=INK, linewidth=0.8))
     ax.add_patch(Rectangle((-0.2, 0.0), 0.2, THICK, facecolor=AVAILABLE, edgecolor=INK, lw=0.8))
@@ -46,7 +48,7 @@ def draw(ax: Axes, battery: Battery, wells: Wells, drawn_A: float, title: str) -
     _valve(ax, -0.08, is_open=drawn_A > 0.0)
     if drawn_A > 0.0:
         ax.plot([-0.2, -0.2], [THICK, -0.2], color=STREAM, linewidth=3.0, linestyle=(0, (2, 1)))
-    tap = f"{drawn_A:.4g} A" if drawn_A > 0.0 else "tap closed"
+    tap = amperes(drawn_A) if drawn_A > 0.0 else "tap closed"
     ax.text(-0.24, -0.1, tap, ha="right", va="center", fontsize=8, color=INK)
     ax.plot([-0.1, 1.0 + GAP + 0.08], [1.0, 1.0], color=INK, linewidth=0.6, linestyle=(0, (4, 3)))
     ax.text(1.0 + GAP + 0.1, 1.0, "full", va="center", fontsize=8, color=INK)
@@ -80,8 +82,10 @@ def moving(battery: Battery, load: Sequence[tuple[float, float]]) -> Movie:
         with optuav.plots.style.applied():
             figure = optuav.plots.style.page(2.6, 4.2)
             figure.set_dpi(120)
-            draw(figure.subplots(), battery, wells, drawn_A, f"after {moment_s / 60.0:.1f} min")
-            canvas = FigureCanvasAgg(figure)
+            draw(
+                figure.subplots(), battery, wells, drawn_A, f"after {fixed(moment_s / 60.0, 1)} min"
+            )
+            canvas: Any = FigureCanvasAgg(figure)  # Without types
             canvas.draw()
         images.append(Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB"))
     images += [images[-1]] * HELD

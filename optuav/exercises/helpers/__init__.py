@@ -1,0 +1,1 @@
+"""Pictures and algorithms that lessons use, and that would hide their subject."""
