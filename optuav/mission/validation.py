@@ -331,8 +331,8 @@ def _rules_of_devices(document: Document) -> Iterator[Breach]:
         if len(known) == len(shares) and UNKNOWN not in known and abs(total - 1.0) > WHOLE_SHARE:
             pairs = zip(devices, known, strict=True)
             words_of = (f"{figure(share, 10)} of {device.get('name')}" for device, share in pairs)
-            words = f"must have shares that add up to 1; {first_ten([*words_of])} make {figure(total, 10)}"
-            yield Breach(("devices",), words)
+            words = f"must have shares that add up to 1; {first_ten([*words_of])} make "
+            yield Breach(("devices",), words + figure(total, 10))
 
 
 def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
