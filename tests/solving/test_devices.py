@@ -657,7 +657,7 @@ def test_many_routes_with_blocked_legs_are_compared_without_a_warning() -> None:
 
 
 def test_repairs_count_every_order_of_the_devices() -> None:
-    """The shortest deadline with a plan, to three digits, does not depend on the order in the file."""
+    """The shortest deadline with a plan, to three digits, does not depend on the file's order."""
     sensors = optuav.load("three-sensors")
     short = sensors.replace({"limits.deadline_s": 20})
     devices = [device.model_dump() for device in reversed(sensors.devices)]
