@@ -98,7 +98,7 @@ def test_a_key_of_one_device_does_not_drop_several(setting: str, ours: str) -> N
     """Unless the list is dropped beside it."""
     refused = run("solve", "three-sensors", "--set", setting)
     assert refused.code == 2
-    assert "the mission has market, harbour, school" in refused.err
+    assert "the mission has market, quay, school" in refused.err
     assert f"set {ours}, or drop these devices with --set devices=" in refused.err
     dropped = ("--set", "devices=", "--set", "link.device_m=[600,450,0]", "--set", setting)
     assert run("show", "three-sensors", *dropped).code == 0
