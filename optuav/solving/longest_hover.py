@@ -35,9 +35,10 @@ def longest_hover(question: Question, network: Network) -> tuple[RouteModel, Sol
     if not (is_known(question, network.mission) and network.routes.flyable.any()):
         return None
     variants = as_variants(network)
-    able = permitted_routes(variants, question.problem)
-    if wants_hover(question) and rests_for_hover(variants, question, able) is None:
-        return None
+    if wants_hover(question):
+        able = permitted_routes(variants, question.problem)
+        if rests_for_hover(variants, question, able) is None:
+            return None
     best = best_plans(variants, question)
     if (route := best.route[0]) < 0:
         return None
