@@ -283,6 +283,52 @@ def test_order_by_time_alone_where_charge_goes_with_time() -> None:
     assert flight_s(stays) == pytest.approx(min(map(flight_s, alike)), abs=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_only_the_front_of_flight_time_and_charge_can_be_best(seed: int) -> None:
+    """A.1: of the routes by one roof, none that is worse in time and in charge hovers longest.
+
+    Each leg has a duration and a charge of its own. Hovers follow from the closed form of A2.
+    """
+    rng = np.random.default_rng(seed)
+    town = random_town(70 + seed, 3, 2)
+    graph = optuav.graph(town.mission())
+    for _, _, leg in graph.edges(data=True):
+        leg["duration_s"] = float(rng.uniform(10, 80))
+        leg["charge_As"] = float(rng.uniform(500, 6000))
+    plan = optuav.solve(town.mission(), perspective="battery", graph=graph)
+
+    def flight(route: tuple[str, ...]) -> tuple[float, float]:
+        legs = [graph.edges[pair] for pair in itertools.pairwise(("origin", *route, "destination"))]
+        return sum(leg["duration_s"] for leg in legs), sum(leg["charge_As"] for leg in legs)
+
+    def hover_s(route: tuple[str, ...]) -> float:
+        flight_s, flight_As = flight(route)
+        roofs = [place for place in route if place in town.roofs]
+        gain_A = town.net(roofs[0])[0] if roofs else 0.0
+        draw_A = -sum(share * town.net(name)[0] for name, share in town.shares.items())
+        left_s = town.deadline_s - flight_s
+        left_As = (1.0 - town.min_soc) * town.capacity_As - flight_As
+        if min(left_s, left_As + gain_A * left_s) < 0.0:
+            return -math.inf
+        return min(left_s, (left_As + gain_A * left_s) / (draw_A + gain_A))
+
+    assert all(town.net(roof)[0] > 0.0 for roof in town.roofs)
+    routes = [*town.routes()]
+    roof = [place for place in plan.route if place in town.roofs]
+    alike = [way for way in routes if [place for place in way if place in town.roofs] == roof]
+    front = [
+        way
+        for way in alike
+        if not any(
+            all(a < b for a, b in zip(flight(other), flight(way), strict=True)) for other in alike
+        )
+    ]
+    assert 0 < len(front) < len(alike)
+    assert plan.route[1:-1] in front
+    assert plan.hover_time_s == pytest.approx(max(map(hover_s, front)), abs=1e-6)
+    assert plan.hover_time_s == pytest.approx(max(map(hover_s, routes)), abs=1e-6)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_least_detour_is_the_best_place_to_rest(seed: int) -> None:
     """A.2, linear: the rest lies where Q + gT of the way over the roof grows least."""
