@@ -48,7 +48,7 @@ plan
 # takes its share, and the rotors cannot draw all that is left, as the next section shows.
 #
 # The map shows the route, the disc in which the device is in reach, the laser and its roofs. Beside
-# it are the altitudes along the way.
+# it are the altitudes along the route.
 
 # %%
 optuav.plots.mission_map(plan)

@@ -418,7 +418,7 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
         lowest_m, highest_m = min(lowest_m, *z), max(highest_m, *z)
         farthest_m = max(farthest_m, along_m[-1])
     aside = "\n(lines side by side)" if len(ways) > 1 else ""
-    along = f"distance over ground along the way [m]{aside}"
+    along = f"distance over ground along the route [m]{aside}"
     ax.set(xlim=style.margins([0.0, farthest_m]), xlabel=along)
     ax.set(ylim=(lowest_m, lowest_m + 1.35 * (highest_m - lowest_m)), ylabel="altitude $z$ [m]")
     span: Look = {"facecolor": f"{GREEN}1F", "hatch": "....", "edgecolor": f"{GREEN}40"}
