@@ -14,7 +14,7 @@ import numpy as np
 
 from optuav.errors import Fault, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
-from optuav.mission.files import refusal, refusals, write_files
+from optuav.mission.files import make_directory, refusal, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
 from optuav.network import vehicle
 from optuav.plan.climbs import (
@@ -45,6 +45,7 @@ AUDITS = (
     'is full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper". The '
     "audit of a .plan begins with the charge at its take-off; state it by [start] for .waypoints."
 )
+YEARS = 1970, 9998  # of a start; calendars have four digits, and an event ends later
 ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
@@ -141,22 +142,24 @@ def save_flights(
     if stale:
         words = f"holds flights of another event: {first_ten(sorted(stale))}"
         raise refusal(folder, f"{words}; name another directory, or delete them")
-    pictures = [*event.pictures(begin)]
-    with refusals(folder, "made"):
-        folder.mkdir(parents=True, exist_ok=True)
-    write_files(files)
-    from optuav.plots import save_figures
+    from optuav.plots.files import image
 
-    return PilotFiles((*files, *save_figures(pictures, folder)), (*sentences, *cost))
+    files |= {folder / name: image(axes, Path(name)) for name, axes in event.pictures(begin)}
+    make_directory(folder)
+    write_files(files)
+    return PilotFiles(tuple(files), (*sentences, *cost))
 
 
 def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
     """Yield the faults of a start and of a climb."""
     if climb_m is not None:
         yield from misfits(("climb_m", climb_m, CLIMB))
-    if _moment(start) is None:
+    moment = _moment(start)
+    if moment is None:
         words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
         yield Fault("start", shown(start), words)
+    elif not YEARS[0] <= moment.year <= YEARS[1]:
+        yield Fault("start", shown(f"{start}"), f"in the years {YEARS[0]} to {YEARS[1]}")
 
 
 def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:

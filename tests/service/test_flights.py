@@ -188,6 +188,9 @@ def test_bad_input(tmp_path: Path) -> None:
     for wrong in ("tomorrow", "2027-05-01", "2027-05-01T14:00", 5, datetime(2027, 5, 1), None):
         with pytest.raises(InputError, match=r"start = .*offset from UTC"):
             event.save_flights(tmp_path / "a", wrong)
+    for wrong in ("9999-12-31T23:59+00:00", "0001-01-01T00:00+14:00"):
+        with pytest.raises(InputError, match=r"start = .*in the years 1970 to 9998"):
+            event.save_flights(tmp_path / "a", wrong)
     with pytest.raises(InputError, match=r"climb_m = 0.*0 < x <= 1000"):
         event.save_flights(tmp_path / "a", START, climb_m=0.0)
     for wrong in (0, -5.0, "x", (), (1.0, 2.0), (0, 0, 0), (900, 900, 0), (0, 0, math.nan), 1001):
@@ -216,6 +219,14 @@ def test_the_command_writes_a_folder_for_pilots(tmp_path: Path) -> None:
     assert "--start = soon: goes with --flights" in refused(*asked[:2], "--start", "soon")
     assert "--start: is missing" in refused(*asked[:4], "--hours", "1")
     assert "--separation-m = " in refused(*asked, "--hours", "1", "--separation-m", "up")
+
+
+def test_files_are_written_all_or_none(tmp_path: Path) -> None:
+    """The place of the picture, which is written last, is checked before any file is written."""
+    (tmp_path / "event.png").mkdir()
+    with pytest.raises(InputError, match=r"event\.png: is a directory"):
+        optuav.coverage(HERE).event(1).save_flights(tmp_path, START)
+    assert [file.name for file in tmp_path.iterdir()] == ["event.png"]
 
 
 def test_files_state_the_charge_with_climbs_and_warn(tmp_path: Path) -> None:
