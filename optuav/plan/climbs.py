@@ -24,6 +24,7 @@ from optuav.plan.data import JUDGES_TOLERANCE
 from optuav.presentation.numbers import figure, percent, percent_apart, seconds, typed
 
 EMPTY = "cannot be flown: the battery is empty on the way"
+REPEAT = "that plan may have other flights, and need more"
 MORE = 0.005  # Share added to a reserve, as another plan has another share in its available well
 MOST_RESERVE = 0.95
 
@@ -173,19 +174,19 @@ def short(mission: Mission, charges: Sequence[FlightCharge], name: str) -> Itera
         here, reserve = percent_apart(left, least)
         yield (
             f"{begin} lands with {here} of the battery; the reserve is {reserve}. Unless that "
-            f"reserve already counts climbs, plan with {_reserve(2.0 * least - left)}."
+            f"reserve already counts climbs, plan with {_reserve(2.0 * least - left)}; {REPEAT}."
         )
 
 
 def more_reserve(mission: Mission, charges: Sequence[FlightCharge]) -> str:
-    """A sentence on the reserve with which climbs leave no flight without charge; or empty."""
+    """A sentence on the reserve to plan with, so that no flight is without charge; or empty."""
     needed = max((charge.planned for charge in charges if charge.dry), default=nan)
     share = max(needed + MORE, mission.limits.min_soc)
     if not share <= MOST_RESERVE:  # NaN for packs in turn
         return ""
     early = any(charge.dry for charge in charges[:-1]) and mission.limits.keep_soc != "always"
     always = " and --set limits.keep_soc=always" if early else ""
-    return f" Plan with {_reserve(share)}{always}."
+    return f" Plan with {_reserve(share)}{always}; {REPEAT}."
 
 
 def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
@@ -208,8 +209,8 @@ def _reserve(share: float) -> str:
 
 
 def taken_off_with(charge: FlightCharge) -> str:
-    """What the battery must hold at a take-off, in words."""
-    return f"Take off with at least {percent(charge.at_take_off)} of the battery."
+    """What the battery must hold at a take-off, in words; nearly all is all."""
+    return f"Take off with at least {percent(round(charge.at_take_off, 4))} of the battery."
 
 
 def _stages(leg: Loads) -> tuple[PhaseStage, ...]:

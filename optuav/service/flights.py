@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
 from optuav.mission.files import make_directory, refusal, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
@@ -31,6 +31,7 @@ from optuav.plan.export import (
     MISSIONS,
     course_of,
     flight_files,
+    system_on_earth,
     with_heights_told,
 )
 from optuav.presentation.numbers import figure, percent, seconds
@@ -104,7 +105,10 @@ def save_flights(
 ) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
     folder, begin = path_of(directory, "directory"), _moment(start)
-    refuse(faults_of_flights(start, climb_m))
+    faults = [*faults_of_flights(start, climb_m)]
+    with collected(faults):
+        system_on_earth(event.mission)
+    refuse(faults)
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
@@ -150,7 +154,7 @@ def save_flights(
     return PilotFiles(tuple(files), (*sentences, *cost))
 
 
-def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
+def faults_of_flights(start: object, climb_m: object) -> Iterator[Fault]:
     """Yield the faults of a start and of a climb."""
     if climb_m is not None:
         yield from misfits(("climb_m", climb_m, CLIMB))
@@ -180,7 +184,8 @@ def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
 def _told(event: EventRoster) -> Iterator[str]:
     """Yield how drones may come too near to each other, on their roof and at handovers."""
     if event.drones > 1:
-        place = PLACES[event.charged_by]
+        shared = " at the bay, which drones may share" * (event.charged_by == "exchange")
+        place = f"landing place{shared}" if shared else PLACES[event.charged_by]
         yield (
             f"WARNING: the files of all drones take off and land at one point of {event.building}: "
             f"move those of each drone to its {place}, as far apart as your drones need."

@@ -297,12 +297,30 @@ def test_files_warn_of_drones_that_meet_and_say_how_to_audit_them(tmp_path: Path
     assert optuav.audit(drones, stated).flyable
 
 
+def test_drones_that_share_a_bay_are_sent_to_no_bay_of_their_own(tmp_path: Path) -> None:
+    """As packs are exchanged, one bay may serve all."""
+    files = optuav.coverage(HERE, swap_s=300.0).event(1).save_flights(tmp_path, START)
+    (text, *_) = (file.read_text("utf-8") for file in files if file.suffix == ".txt")
+    assert (
+        "move those of each drone to its landing place at the bay, which drones may share" in text
+    )
+
+
+def test_the_library_tells_all_faults_at_once(tmp_path: Path) -> None:
+    event = optuav.coverage("matrice350").event(1)
+    with pytest.raises(InputError, match=r"(?s)crs: is missing") as refused_files:
+        event.save_flights(tmp_path, "soon", climb_m=-2.0)
+    assert {"crs", "start", "climb_m"} == {fault.key for fault in refused_files.value.faults}
+
+
 def test_the_command_tells_all_faults_at_once() -> None:
-    """Of the event, of its files, and of the points apart."""
+    """Of the event, of its files and their place, and of the points apart."""
     told = refused(
         *("coverage", "matrice350", "--hours", "0", "--drones", "0", "--overlap-s", "-1"),
-        *("--separation-m", "abc", "--flights", "f1", "--start", "foo", "--climb-m", "-2"),
+        *("--separation-m", "abc", "--flights", "f1", "--start", "foo", "--climb-m", "low"),
     )
+    assert "--climb-m = 'low': must be a number, 0 < x <= 1000 [m]" in told
+    assert "crs: is missing; an export needs the mission's place on Earth" in told
     names = ("hours", "drones", "overlap-s", "separation-m", "start", "climb-m")
     assert all(f"--{name} = " in told for name in names)
     assert "'abc'" in told
