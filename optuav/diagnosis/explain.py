@@ -311,7 +311,7 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
     for order in ORDERS:  # Either of them has the direct routes of P1 too
         options = vars(replace(question_of_plan, problem=replace(problem, order=order)))
         other = solve(question.mission, graph=question.graph, **options)
-        times_s += [other.hover_time_s] * bool(other)
+        times_s += [other.hover_time_s] if other else []
     before, after = stays[number - 1].at, stays[number + 1].at
     where = f"the rest lies between the hovers over {before} and {after}"
     if not times_s:
