@@ -40,7 +40,7 @@ from optuav.plan.plane import kind_of
 from optuav.presentation.numbers import figure, seconds
 from optuav.solving import Program, solve
 from optuav.solving.best_plans import wants_hover
-from optuav.solving.constraint_words import words
+from optuav.solving.constraint_words import limits_share, words
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
@@ -434,4 +434,5 @@ def _sides(
             step=constraint.step,
             in_flight=isinstance(moment, StepEnd) and not moment.stay,
             words=limit(kind, moment, way, label),
+            is_share=limits_share(constraint),
         )
