@@ -8,7 +8,7 @@ import inspect
 import pkgutil
 import sys
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -21,6 +21,7 @@ import numpy.typing as npt
 import formulations
 import optuav
 from optuav.presentation.presented import Presented
+from optuav.studies.compare import compare
 
 OURS = ("optuav.", "formulations.")
 NO_RESULTS = (
@@ -149,6 +150,23 @@ def test_the_results_are_found() -> None:
     names = {each.__name__ for each in results()}
     assert {"Plan", "Replay", "Coverage", "Event", "Fleet", "RobustPlan", "Siting"} <= names
     assert {"MethodComparison", "PlanAnswer", "Swept", "Check", "Program", "Fit"} <= names
+
+
+def test_each_comparison_has_the_type_of_its_rows() -> None:
+    """An editor knows the entries of a row by what is compared, for every kind that there is."""
+    found = dict[Any, str]()
+    for overloaded in typing.get_overloads(compare):
+        kinds = types_of(overloaded, inspect.get_annotations(overloaded))
+        one, *several = typing.get_args(kinds["by"])
+        found |= dict.fromkeys(typing.get_args(one) or (one, *several), kinds["return"].__name__)
+    plans = dict.fromkeys(("perspective", "trajectory", "schedule"), "PlanComparison")
+    assert found == {
+        "method": "MethodComparison",
+        **plans,
+        "speed": "SpeedComparison",
+        str: "Comparison",
+        Sequence[str]: "Comparison",
+    }
 
 
 def test_any_is_seen_wherever_it_hides() -> None:

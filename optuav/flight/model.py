@@ -83,9 +83,10 @@ class FlightModel(MadeOfTables, ABC):
         import numpy as np
 
         some_m = np.array([[100.0, 200.0]])
-        self.hover()
-        self.rest()
-        self.leg((some_m, some_m, some_m))
+        flight = physics.flight
+        self._expect("hover", self.hover(), flight.Flow, "a Flow")
+        self._expect("rest", self.rest(), flight.Flow, "a Flow")
+        self._expect("leg", self.leg((some_m, some_m, some_m)), flight.Loads, "Loads")
 
     @abstractmethod
     def leg(self, way_m: Vector) -> Loads:

@@ -1,9 +1,11 @@
 """The comparison that is asked for: of methods, of plans or of speeds."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, collected, refuse
@@ -18,9 +20,12 @@ from optuav.studies.compare_methods import (
     compare_methods,
     default_slots_s,
 )
-from optuav.studies.compare_plans import AXES, PERIODS_S, compare_plans
+from optuav.studies.compare_plans import AXES, PERIODS_S, PlanComparison, compare_plans
 from optuav.studies.processes import WORKERS
 from optuav.studies.results import Comparison
+
+if TYPE_CHECKING:
+    from optuav.studies.compare_speeds import SpeedComparison
 
 COMPARED: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(PAPER, ("closed-form", "cvxpy", "casadi", "grid")),
@@ -36,6 +41,9 @@ ALONE = {
 }
 """Arguments that go with one comparison only."""
 
+ByPlan: TypeAlias = Literal["perspective", "trajectory", "schedule"]
+"""Comparisons of plans."""
+
 
 @overload
 def compare(
@@ -50,6 +58,28 @@ def compare(
     progress: Progress | None = None,
     workers: int = 1,
 ) -> MethodComparison: ...
+
+
+@overload
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: Literal["speed"],
+    perspective: Perspective | None = None,
+    progress: Progress | None = None,
+) -> SpeedComparison: ...
+
+
+@overload
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: ByPlan | Sequence[ByPlan],
+    perspective: Perspective | None = None,
+    slots_s: float | Sequence[float] | None = None,
+    periods_s: Sequence[float] | None = None,
+    progress: Progress | None = None,
+) -> PlanComparison: ...
 
 
 @overload
