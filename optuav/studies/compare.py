@@ -74,7 +74,7 @@ def compare(
 def compare(
     mission: Mission | str | Path,
     *,
-    by: ByPlan | Sequence[ByPlan],
+    by: ByPlan | tuple[ByPlan, ...] | list[ByPlan],
     perspective: Perspective | None = None,
     slots_s: float | Sequence[float] | None = None,
     periods_s: Sequence[float] | None = None,
