@@ -162,7 +162,7 @@ def test_each_comparison_has_the_type_of_its_rows() -> None:
         for name in ("method", "perspective", "trajectory", "schedule", "speed")
     } == {
         "method": ["MethodComparison"],
-        **dict.fromkeys(("perspective", "trajectory", "schedule"), ["PlanComparison"]),
+        **{name: ["PlanComparison"] for name in ("perspective", "trajectory", "schedule")},
         "speed": ["SpeedComparison"],
     }
 

@@ -122,23 +122,18 @@ def explain(
     the answer is not proved.
     """
     from optuav.solving.more_stops import MORE_STOPS
-    from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
     if is_plan(mission, [*(name for name, _ in changed), *(["set"] if settings else [])]):
-        from optuav.diagnosis.explain import saved_plan
+        from optuav.diagnosis.explain import problem_of_plan, saved_plan
 
         plan = saved_plan(mission)
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:
-            fields = {
-                name: getattr(plan, name)
-                for name in ("trajectory", "building", "order", "device_order")
-            }
             perspective: Any = plan.perspective
-            problem = problem_of(plan.problem, **fields, **more)
+            problem = problem_of_plan(plan, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
         asked_mission, problem, options = asked.question(mission, settings)

@@ -346,7 +346,7 @@ def source_for_full_charge(mission: Mission) -> Value:
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
     beam, distance_m = Fits.of(mission), np.linalg.norm(there_m, axis=1)
     share = laser.transmission(beam.attenuation_per_km, distance_m)
-    most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    most_W = vehicle.charging_limit_W(mission)
     needed_W = np.max(laser.source_limit(beam.conversion, most_W, share))
     return "below 1 kW" if needed_W < 1000.0 else f"{fixed(needed_W, 0)} W"
 

@@ -156,7 +156,7 @@ class _Route:
         hovers_s, self.rests_s = [*steps_s, np.zeros(1)][:2]
         self.least_s = hovers_s.min(initial=math.inf)
         self.longest_stay_s = hovers_s.max(initial=self.left_s)
-        capacity_As = battery.packs * battery.capacity_As
+        capacity_As = float(mission.pool.capacity_As)
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
         self.always = mission.limits.keep_soc == "always"
         share = vehicle.start(mission).total_As / mission.pool.capacity_As

@@ -69,7 +69,7 @@ def plan_for(
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
             # Packs may refuse charge: `battery` counts the accepted charge.
-            capacity_As = packs.packs * packs.capacity_As
+            capacity_As = float(mission.pool.capacity_As)
             left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
             soc["battery"] = left_As / capacity_As
             begin_As = float(vehicle.start(mission).total_As)
