@@ -37,8 +37,8 @@ BENDING = ("clearance_m", "max_altitude_m")
 
 def wind_sliders(key: str, symbol: str, unit: str, most: float) -> Iterator[Slider]:
     """The level components of a wind, up to a strength."""
-    for axis, towards in enumerate(("eastward", "northward")):
-        words = f"Wind, {towards}", f"{symbol}_{'xy'[axis]}", unit
+    for axis, direction in enumerate(("eastward", "northward")):
+        words = f"Wind, {direction}", f"{symbol}_{'xy'[axis]}", unit
         yield Slider(key, axis, *words, -most, most)
 
 

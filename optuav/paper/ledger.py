@@ -413,8 +413,8 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
     for perspective in PAPER:
         _, names = curves.longest(changed, perspective)
         best[perspective] = names[0] if names else "none of them"
-    each = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
-    return best["battery"] if len({*best.values()}) == 1 else each
+    by_perspective = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
+    return best["battery"] if len({*best.values()}) == 1 else by_perspective
 
 
 def energy_is_shorter(mission: Mission) -> Value:

@@ -188,7 +188,7 @@ def more_reserve(mission: Mission, charges: Sequence[FlightCharge]) -> str:
     return f" Plan with {_reserve(share)}{always}."
 
 
-def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
+def deadline_warning(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
     """Yield that the deadline passes with climbs."""
     climbed = with_climbs(mission, phases, climb_m, on_time=False)
     time_s, deadline_s = sum(phase.duration_s for phase in climbed), mission.limits.deadline_s

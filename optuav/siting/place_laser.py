@@ -229,10 +229,10 @@ class Siting(Presented):
             )
         proof = f"gap {percent(self.gap)}" if self.gap else "no selection is better"
         alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
-        each = (
+        sites = (
             f"site{'s' * (len(best.greedy_sites) > 1)} {first_ten([*map(str, best.greedy_sites)])}"
         )
-        greedy = f"{written(best.greedy_value)} on {each}"
+        greedy = f"{written(best.greedy_value)} on {sites}"
         lines += [
             (HEADS[best.objective], f"{written(best.value)}{enough}"),
             ("Bound", f"{written(best.bound)}, {proof}"),
