@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.plan import Plan
 
-COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
+OTHER_PERSPECTIVE: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 PRINTED = {".txt": "text", ".tex": "latex"}
 """Printed forms of a problem, by the suffixes of their files."""
@@ -105,9 +105,9 @@ def _leave(plan: Plan) -> None:
 
 def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
     """The plan of the same problem in the perspective that pictures compare with; or none."""
-    if not plan or plan.perspective not in COMPARED or plan.mission.battery.takes_turns:
+    if not plan or plan.perspective not in OTHER_PERSPECTIVE or plan.mission.battery.takes_turns:
         return []
-    perspective = COMPARED[plan.perspective]
+    perspective = OTHER_PERSPECTIVE[plan.perspective]
     other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
     return [other] if other else []
 

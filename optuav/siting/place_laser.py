@@ -41,7 +41,7 @@ from optuav.status import SAME_S
 
 COUNT = Range("-", ge=1, le=1000, whole=True)
 ENOUGH = Range("s", gt=0.0, le=1e7)
-GAP = Range("-", ge=0.0, le=1.0)
+GAP_RANGE = Range("-", ge=0.0, le=1.0)
 COORDINATE = Range("m", ge=-1e6, le=1e6)
 HEADS = {"mean": "Mean", "worst": "Shortest", "covered": "Covered"}
 WITHOUT_PLAN = {
@@ -356,7 +356,7 @@ def place_laser(
             else:
                 table_m, names = candidates_of(candidates, loaded, step_m)
     faults += option_faults(lasers, objective, at_least_s, perspective)
-    faults += misfits(("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT))
+    faults += misfits(("gap", gap, GAP_RANGE), ("time_limit_s", time_limit_s, LIMIT))
     if not (progress is None or callable(progress)):
         faults.append(Fault("progress", shown(progress), "a function, or nothing"))
     refuse([*faults, *(fault for mission in loaded for fault in _unfit(mission, perspective))])

@@ -27,7 +27,7 @@ from optuav.studies.results import Comparison
 if TYPE_CHECKING:
     from optuav.studies.compare_speeds import SpeedComparison
 
-COMPARED: Mapping[str, tuple[str, ...]] = {
+COMPARED_ENGINES: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(PAPER, ("closed-form", "cvxpy", "casadi", "grid")),
     AVAILABLE: ("bracket", "casadi", "grid"),
 }
@@ -199,7 +199,7 @@ def compare(
         others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
         refuse(Fault(f"battery.{n}", shown(own), f"{only!r}, {rest}") for n, own, only in others)
         lengths_s = default_slots_s(studied) if slots is None else slots
-        able = COMPARED[counted]
+        able = COMPARED_ENGINES[counted]
         engine_names = able if chosen is None else (able[0], *chosen)
         return compare_methods(
             studied, counted, lengths_s, engine_names, time_limit_s, progress, workers, times=times
@@ -243,8 +243,8 @@ def _faults(
         yield unknown("perspective", perspective, allowed)
     elif perspective is not None and "perspective" in names:
         yield Fault("perspective", shown(perspective), "is compared by already")
-    counted = next((name for name in COMPARED if name == perspective), AVAILABLE)
-    able = COMPARED[counted]
+    counted = next((name for name in COMPARED_ENGINES if name == perspective), AVAILABLE)
+    able = COMPARED_ENGINES[counted]
     others = (engine for engine in given["engines"] or () if engine not in able)
     words = f"some of {', '.join(able)} in the perspective {counted}"
     yield from (Fault("engines", shown(other), words) for other in others)
