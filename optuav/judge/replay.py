@@ -16,10 +16,10 @@ from optuav.errors import NoPlanError
 from optuav.flight.model import CruisingModel
 from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
-from optuav.judge.course import Course, pooled, scheduled, soc, trace
 from optuav.judge.flight_plan import FlightPlan
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places
+from optuav.judge.wells_along import Course, pooled, scheduled, soc, trace
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR

@@ -19,7 +19,7 @@ from optuav.network.network import Network
 from optuav.network.variants import Variants
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
-from optuav.service.box import Box, Points, corners_of, points_within
+from optuav.service.uncertainty_box import Box, Points, corners_of, points_within
 from optuav.solving.assemble import quantities, subset, table_entries
 from optuav.solving.balance import TIMES
 from optuav.solving.question import Question, solve_model
