@@ -30,7 +30,7 @@ from optuav.mission.formats import HEAD as FIRST
 from optuav.mission.formats import named
 from optuav.mission.maps import (
     HEADS,
-    LARGEST,
+    LARGEST_MAP,
     LINES,
     MOST_VALUES,
     OSM,
@@ -187,8 +187,8 @@ def _unpacked(file: Path, folder: Path) -> Path:
             if len(maps) != 1:
                 names = ", ".join(map(repr, maps[:10])) or "none"
                 raise refusal(file, f"holds {plural(len(maps), 'map')}, not one: {names}")
-            if (size := sum(member.file_size for member in inside.values())) > LARGEST:
-                most = f"the {figure(LARGEST / 1e6)} MB that are unpacked"
+            if (size := sum(member.file_size for member in inside.values())) > LARGEST_MAP:
+                most = f"the {figure(LARGEST_MAP / 1e6)} MB that are unpacked"
                 raise refusal(file, f"holds {fixed(size / 1e6, 0)} MB, more than {most}")
             for name, member in inside.items():
                 if not member.is_dir():

@@ -134,9 +134,9 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
             given[key] = record(**{field: given.pop(field) for field in own_fields[key]})
         context = copy_context()
         if force is not None:  # else nothing is written
-            from optuav.mission.files import only_ours
+            from optuav.mission.files import keep_foreign_files
 
-            context.run(only_ours.set, not force)
+            context.run(keep_foreign_files.set, not force)
             if "force" in parameters:
                 given["force"] = force
         context.run(function, **given)

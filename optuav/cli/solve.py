@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.plan import Plan
 
-COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
+OTHER_PERSPECTIVE: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 PRINTED = {".txt": "text", ".tex": "latex"}
 """Printed forms of a problem, by the suffixes of their files."""
@@ -105,9 +105,9 @@ def _leave(plan: Plan) -> None:
 
 def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
     """The plan of the same problem in the perspective that pictures compare with; or none."""
-    if not plan or plan.perspective not in COMPARED or plan.mission.battery.takes_turns:
+    if not plan or plan.perspective not in OTHER_PERSPECTIVE or plan.mission.battery.takes_turns:
         return []
-    perspective = COMPARED[plan.perspective]
+    perspective = OTHER_PERSPECTIVE[plan.perspective]
     other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
     return [other] if other else []
 
@@ -122,23 +122,18 @@ def explain(
     the answer is not proved.
     """
     from optuav.solving.more_stops import MORE_STOPS
-    from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
     if is_plan(mission, [*(name for name, _ in changed), *(["set"] if settings else [])]):
-        from optuav.diagnosis.explain import saved_plan
+        from optuav.diagnosis.explain import problem_of_plan, saved_plan
 
         plan = saved_plan(mission)
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:
-            fields = {
-                name: getattr(plan, name)
-                for name in ("trajectory", "building", "order", "device_order")
-            }
             perspective: Any = plan.perspective
-            problem = problem_of(plan.problem, **fields, **more)
+            problem = problem_of_plan(plan, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
         asked_mission, problem, options = asked.question(mission, settings)

@@ -20,7 +20,7 @@ from optuav.network.timeline import Phase, PhaseStage, carry, steps
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Wells
 from optuav.physics.quantity import Quantity
-from optuav.plan.data import JUDGES_TOLERANCE
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.presentation.numbers import figure, percent, percent_apart, seconds, typed
 
 EMPTY = "cannot be flown: the battery is empty on the way"
@@ -120,7 +120,7 @@ def flight_charges(
             before[number] = _share(pieces_of_phase[0].before.total_As, size_As)
             after[number] = _share(pieces_of_phase[-1][4].total_As, size_As)
             least_As = min(float(wells.available_As) for *_, wells in pieces_of_phase)
-            dry[number] = least_As < -JUDGES_TOLERANCE * size_As
+            dry[number] = least_As < -JUDGE_TOLERANCE * size_As
             lacks[number] = max(-least_As / size_As, 0.0)
         for piece in steps(mission, phases):
             planned[piece[0]] = _share(piece[4].total_As, size_As)
@@ -131,7 +131,7 @@ def flight_charges(
             first, *_ = numbers = [number for number, _ in numbered]
             *_, last = numbers
             empty, lack = any(dry[n] for n in numbers), max(lacks[n] for n in numbers)
-            start = wells[first] if before[first] < 1.0 - JUDGES_TOLERANCE else None
+            start = wells[first] if before[first] < 1.0 - JUDGE_TOLERANCE else None
             charges.append(
                 FlightCharge(before[first], after[last], empty, planned[last] + lack, start)
             )
@@ -170,7 +170,7 @@ def short(mission: Mission, charges: Sequence[FlightCharge], name: str) -> Itera
     begin = f"WARNING: with its climbs, {name}"
     if any(charge.dry for charge in charges):
         yield f"{begin} {EMPTY}.{more_reserve(mission, charges)}"
-    elif left < least - JUDGES_TOLERANCE:
+    elif left < least - JUDGE_TOLERANCE:
         here, reserve = percent_apart(left, least)
         yield (
             f"{begin} lands with {here} of the battery; the reserve is {reserve}. Unless that "
@@ -189,11 +189,11 @@ def more_reserve(mission: Mission, charges: Sequence[FlightCharge]) -> str:
     return f" Plan with {_reserve(share)}{always}; {REPEAT}."
 
 
-def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
+def deadline_warning(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
     """Yield that the deadline passes with climbs."""
     climbed = with_climbs(mission, phases, climb_m, on_time=False)
     time_s, deadline_s = sum(phase.duration_s for phase in climbed), mission.limits.deadline_s
-    if time_s > deadline_s * (1.0 + JUDGES_TOLERANCE):
+    if time_s > deadline_s * (1.0 + JUDGE_TOLERANCE):
         earlier_s = floor(2.0 * deadline_s - time_s)
         yield f"WARNING: with its climbs, the plan takes {seconds(time_s, 1)}; the deadline is " + (
             f"{figure(deadline_s)} s. Unless that deadline already counts climbs, plan with "

@@ -13,8 +13,8 @@ import numpy as np
 
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission.messages import misfits, plural, shown
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.presentation.numbers import figure
 from optuav.service.endless import EndlessCycle
 from optuav.service.event_roster import AT_LEAST, EventHover, EventRoster, courses_of, judged

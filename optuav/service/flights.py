@@ -35,7 +35,13 @@ from optuav.plan.export import (
     with_heights_told,
 )
 from optuav.presentation.numbers import figure, percent, seconds
-from optuav.service.event_roster import AT_ONE_POINT, EventRoster, later, visits_of
+from optuav.service.event_roster import (
+    AT_ONE_POINT,
+    MOMENT_ROUNDING_S,
+    EventRoster,
+    later,
+    visits_of,
+)
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
@@ -47,7 +53,6 @@ AUDITS = (
     "audit of a .plan begins with the charge at its take-off; state it by [start] for .waypoints."
 )
 YEARS = 1970, 9998  # of a start; calendars have four digits, and an event ends later
-ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
 
@@ -193,7 +198,7 @@ def _told(event: EventRoster) -> Iterator[str]:
     points = [vehicle.hover_point_m(cycle.mission) for cycle in event.cycles]
     hovers = sorted(event.rows, key=lambda row: row["start_s"])
     if any(
-        later["start_s"] <= one["start_s"] + one["hover_s"] + ROUNDING_S
+        later["start_s"] <= one["start_s"] + one["hover_s"] + MOMENT_ROUNDING_S
         and one["drone"] != later["drone"]
         and np.allclose(points[one["drone"] - 1], points[later["drone"] - 1])
         for one, later in pairwise(hovers)
@@ -229,7 +234,7 @@ def _of_drone(
             take_off, station, leave, landing = (later(begin, offset_s + s) for s in moments_s)
             clock = Clock(take_off, station, leave, landing)
             if lost_s < offset_s + back.end_s + down_s:
-                hovers = lost_s <= offset_s + hover.end_s + ROUNDING_S
+                hovers = lost_s <= offset_s + hover.end_s + MOMENT_ROUNDING_S
                 clock = Clock(
                     take_off, station, None if hovers else leave, None, later(begin, lost_s)
                 )

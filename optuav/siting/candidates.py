@@ -23,7 +23,7 @@ GRID = "grid"
 GRID_STEPS = 10.0  # Steps of a grid along its longer side, if no step is set
 STEP = Range("m", gt=0.0, le=1e6)
 MOST_CANDIDATES = 10_000  # Candidates of a grid
-LARGEST = 32_000_000  # Bytes of a file
+LARGEST_FILE = 32_000_000  # Bytes of a file
 ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
 POINTS = "a Point: longitude and latitude [deg] in WGS 84"
 LONGITUDE_FIRST = "a longitude, |x| <= 180, and then a latitude, |x| <= 90 [deg], in WGS 84"
@@ -98,7 +98,7 @@ def _read(path: Path) -> list[CandidatePoint]:
     if path.suffix.lower() not in (".geojson", ".json"):
         words = f'"{GRID}", or a file of points that ends in .geojson or .json; {CONVERTS}'
         raise InputError([Fault("candidates", shown(str(path)), words)])
-    text = read_text(path, LARGEST)
+    text = read_text(path, LARGEST_FILE)
     what = named(text.encode())
     if what is not None and what.name == "KML":
         raise refusal(path, f"is KML; {CONVERTS}")

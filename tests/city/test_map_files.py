@@ -475,7 +475,7 @@ def test_a_zip_holds_one_map_of_a_size_that_is_unpacked(
     refused(packed, "holds 2 maps, not one: 'a.geojson', 'b.geojson'")
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("blank.geojson", " " * 3_000_000)
-    monkeypatch.setattr(sys.modules["optuav.city.files"], "LARGEST", 2_000_000)
+    monkeypatch.setattr(sys.modules["optuav.city.files"], "LARGEST_MAP", 2_000_000)
     refused(packed, "holds 3 MB, more than the 2 MB that are unpacked")
 
 
