@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 import optuav
 from optuav.looks import LOOKS, PHASES, SERIES
 from optuav.presentation.numbers import figure, fixed
+from optuav.silence import silent
 
 WHOLE = 1e-6  # Largest distance from a whole number that counts as rounding
 LOOK = {
@@ -50,6 +51,7 @@ class Tree:
     best: list[float]
 
 
+@silent()
 def branch_and_bound(
     gain: Sequence[float],
     rows: np.ndarray,
