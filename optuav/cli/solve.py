@@ -166,7 +166,12 @@ def audit(
             subject_of(plan, drone)
         else:
             judged = optuav.audit(plan, drone)
-    refuse(by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission") for fault in faults)
+    refuse(
+        fault  # A key of a file
+        if fault.key and fault.source
+        else by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission")
+        for fault in faults
+    )
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:
         from optuav import plots

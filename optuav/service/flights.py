@@ -31,6 +31,7 @@ from optuav.plan.export import (
     MISSIONS,
     course_of,
     flight_files,
+    start_of,
     system_on_earth,
     with_heights_told,
 )
@@ -49,10 +50,16 @@ PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
 """Place on the roof, by how a battery is charged; every drone has a beam or a pad for itself."""
 AUDITS = (
     "For an event, limits.deadline_s does not count, and charging tapers where the available well "
-    'is full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper". The '
-    "audit of a .plan begins with the charge at its take-off; state it by [start] for .waypoints."
+    "is full. Each .plan says so to optuav audit, and with which charge it takes off. For "
+    '.waypoints and .kml, state limits.deadline_s = 1e7 and battery.charging = "taper" in the '
+    "mission, and for .waypoints the charge at take-off by [start]."
 )
 YEARS = 1970, 9998  # of a start; calendars have four digits, and an event ends later
+DARK_AUDITS = (
+    "No laser lights the hover of this event: leave [laser] out of the mission for .waypoints and "
+    ".kml. The rests of a .kml then charge nothing: audit each .plan for what is left at a landing."
+)
+"""Where a pad or an exchange charges, or the laser only the rests."""
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
 
@@ -118,7 +125,14 @@ def save_flights(
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
     sentences = [*_lost(event, begin, height_m), *_told(event)]
-    said_by_all = *sentences, AUDITS
+    charged = event.plans[0]
+    dark = event.charged_by != "laser" or any(phase.edited for phase in charged.phases)
+    said_by_all = *sentences, AUDITS, *[DARK_AUDITS] * dark
+    judged_with = {
+        "limits.deadline_s": charged.mission.limits.deadline_s,
+        "battery.charging": charged.mission.battery.charging,
+        **({"laser": None} if dark else {}),
+    }
     files, flights = dict[Path, bytes](), list[PilotFlight]()
     cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
@@ -141,8 +155,9 @@ def save_flights(
                 file = folder / f"{visit.name}{suffix}"
                 said = (title, _in_words(visit), taken_off_with(visit.charge), *notes)
                 files |= flight_files(
-                    visit.flight, file, height_m, course.altitude_m, said, visit.charge.start
-                )
+                    visit.flight, file, height_m, course.altitude_m, said,
+                    {**start_of(charged.mission, visit.charge), **judged_with},
+                )  # fmt: skip
     flights.sort(key=lambda flight: flight.clock.take_off)
     rows = [_row(event, flight) for flight in flights]
     files[folder / "roster.csv"] = as_csv(rows).encode()
