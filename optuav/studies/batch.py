@@ -26,7 +26,13 @@ from optuav.options import Perspective, ProblemName
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, BestPlans, best_plans, takes_arrays
 from optuav.solving.device_routes import network_for, with_routes
 from optuav.solving.promising_buildings import best_plans_or_all, promising_subset
-from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
+from optuav.solving.question import (
+    OF_THE_PAPER,
+    Question,
+    along_edges,
+    checked_question,
+    perspectives_of,
+)
 from optuav.solving.solve import formulate, solve
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
@@ -390,6 +396,10 @@ def best_of(
         yield first, variants, answers
 
 
+BY_ROUTE = ("blocked", "late", "charge", "wells")
+"""Reasons for no plan that one order of devices may have, and another not."""
+
+
 def best_alone(mission: Mission | InputError, question: Question) -> BestPlans:
     """The best plan of a mission; none if it contradicts itself; with several rests, the first.
 
@@ -410,10 +420,14 @@ def best_alone(mission: Mission | InputError, question: Question) -> BestPlans:
     if plan.status in (Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR):
         return without(plan.status, plan.status.value)
     if not plan:
-        alike = replace(question, problem=P1(), perspective="battery")
+        any_order = along_edges(mission, question)
+        names = tuple(device.name for device in mission.devices)
+        order = names if any_order else question.problem.device_order
+        alike = replace(question, problem=P1(device_order=order), perspective="battery")
         simpler = best_plans(as_variants(network_for(mission, None, alike)), alike)
-        names = [*CODES]
-        return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
+        reason = [*CODES][int(simpler.reason[0]) or CODES["together"]]
+        # Another order may be flown, in less time and with less charge.
+        return without(plan.status, "together" if any_order and reason in BY_ROUTE else reason)
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]
     soc = {f"soc_{name}": (plan.soc or {}).get(name, np.nan) for name in PAPER}
     for name in MEASURED:

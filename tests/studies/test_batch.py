@@ -25,6 +25,7 @@ from optuav.solving import best_plans, program
 from optuav.solving.balance import longest_by_balance
 from optuav.studies import batch as batching
 from optuav.studies import scenarios as machine
+from tests.several_devices import eight
 
 PAPER = optuav.load("paper")
 TIMES = ("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s")
@@ -309,6 +310,19 @@ def test_why_there_is_no_plan(
     assert words in found["reason_words"][found["reason"][0]]
     assert np.isnan(found["hover_time_s"][0])
     assert found["status_words"][found["status"][0]] == "infeasible"
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "word"),
+    [("limits.deadline_s", [50.0, 2400.0], "together"), ("body.mass_kg", [50.0, 3.0], "fly")],
+)
+def test_rows_without_a_plan_over_many_devices_have_a_reason(
+    key: str, values: list[float], word: str
+) -> None:
+    """In any order of eight devices; the first row ended the batch with an error."""
+    found = optuav.batch_arrays(eight(), {key: values}, perspective="battery")
+    assert word in found["reason_words"][found["reason"][0]]
+    assert np.isnan(found["hover_time_s"][0])
 
 
 def test_all_faults_of_the_ranges_come_at_once() -> None:
