@@ -160,14 +160,19 @@ def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
 
 
 def mission_and_question(
-    source: Mission | str | Path, *options: Any, **named: Any
+    source: Mission | str | Path,
+    problem: Formulation | ProblemName = "P1",
+    perspective: str = AVAILABLE,
+    slot_s: float | None = None,
+    engine: str | Engine = "auto",
+    time_limit_s: float | None = None,
 ) -> tuple[Mission, Question]:
     """The mission of a source and the question about it; refused with the faults of both."""
     mission, question, faults = None, None, list[Fault]()
     with collected(faults):
         mission = load(source)
     with collected(faults):
-        question = checked_question(mission, *options, **named)
+        question = checked_question(mission, problem, perspective, slot_s, engine, time_limit_s)
     refuse(faults)
     assert mission is not None
     assert question is not None
