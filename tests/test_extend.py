@@ -43,7 +43,7 @@ BY_FUNCTION = (
     + """
 
 def register_all():
-    for thing in (Hops, Tube, SmallestPack, Linprog(), Slsqp(), charge_against_power):
+    for thing in (Hops, Tube, SmallestPack, Linprog(), Slsqp(), both_wells):
         optuav.register(thing)
 """
 )
@@ -123,7 +123,7 @@ def test_the_command_line_reads_plugins(tmp_path: Path, entry: str) -> None:
     done = run(tmp_path, environment, "-m", "optuav", "solve", "town.toml", *own)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.search(r"^Hover +400.00 s", done.stdout, re.M)
-    assert (tmp_path / "pictures" / "charge_against_power.png").is_file()
+    assert (tmp_path / "pictures" / "both_wells.png").is_file()
 
 
 @pytest.mark.slow

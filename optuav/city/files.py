@@ -108,7 +108,7 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if "crs" not in whole and not on_map:  # GeoJSON without a system should be in degrees
         frame = frame.set_crs(None, allow_override=True)
     if "crs" not in whole:
-        frame.attrs[WHY] = "is GeoJSON without a reference system, so it is in"
+        frame.attrs[WHY] = "a GeoJSON without a reference system is in"
     return frame, ()
 
 
@@ -241,8 +241,9 @@ def placed(file: Path, frame: Any, system: pyproj.CRS | None) -> Any:
     if system is None or _same(frame.crs, system):
         return frame
     if frame.crs is not None:
-        words = f"{label(file)} {frame.attrs.get(WHY, 'states')} {frame.crs.to_string()}"
-        raise InputError([Fault("crs", shown(system.to_string()), words)])
+        why = frame.attrs.get(WHY, "the file states")
+        words = f"must be {frame.crs.to_string()}, which {why}"
+        raise InputError([Fault("crs", shown(system.to_string()), words, label(file))])
     return frame.set_crs(system)
 
 

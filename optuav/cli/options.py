@@ -309,6 +309,13 @@ def by_flags(fault: Fault, flags: Mapping[str, str], names: str = r"\w+_\w+") ->
     return replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
 
 
+def number_or_text(text: str | None) -> float | str | None:
+    """The number that an option states, or its text, which the library refuses with its range."""
+    with suppress(ValueError):
+        return None if text is None else decimal(text)
+    return text
+
+
 def numbers_in(text: str) -> tuple[float, ...]:
     """Numbers between commas; none if one of them is not a number."""
     with suppress(ValueError):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, by_flags, is_plan
+from optuav.cli.options import ProblemOptions, SolveOptions, by_flags, is_plan, number_or_text
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.options import Perspective
@@ -166,7 +166,12 @@ def audit(
             subject_of(plan, drone)
         else:
             judged = optuav.audit(plan, drone)
-    refuse(by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission") for fault in faults)
+    refuse(
+        fault  # A key of a file
+        if fault.key and fault.source
+        else by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission")
+        for fault in faults
+    )
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:
         from optuav import plots
@@ -177,7 +182,7 @@ def audit(
         raise typer.Exit(NO)
 
 
-def export(plan: str, file: Path, climb_m: float | None = None, force: bool = False) -> None:
+def export(plan: str, file: Path, climb_m: str | None = None, force: bool = False) -> None:
     """Export a saved plan to files for maps or autopilots.
 
     A plan with rests becomes one .plan or .waypoints file per flight. Exit code 1 if there is no
@@ -187,14 +192,15 @@ def export(plan: str, file: Path, climb_m: float | None = None, force: bool = Fa
     from optuav.plan.export import SUFFIXES, climb_faults, exported
 
     faults, saved = list[Fault](), None
+    height_m: Any = number_or_text(climb_m)
     with collected(faults):
-        faults += climb_faults(climb_m, ending_of(file, *SUFFIXES, name="FILE"))
+        faults += climb_faults(height_m, ending_of(file, *SUFFIXES, name="FILE"))
     with collected(faults):
         saved = optuav.load_plan(plan)
     refuse(faults)
     assert saved is not None
     try:
-        files, notes = exported(saved, file, climb_m=climb_m, force=force)
+        files, notes = exported(saved, file, climb_m=height_m, force=force)
     except NoPlanError as error:
         say(f"{error}")
         raise typer.Exit(NO) from None

@@ -40,7 +40,7 @@ from optuav.plan.plane import kind_of
 from optuav.presentation.numbers import figure, seconds
 from optuav.solving import Program, solve
 from optuav.solving.best_plans import wants_hover
-from optuav.solving.constraint_words import words
+from optuav.solving.constraint_words import limits_share, words
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.more_stops import more_stops_may_help, not_excluded
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
@@ -313,7 +313,7 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
     for order in ORDERS:  # Either of them has the direct routes of P1 too
         options = vars(replace(question_of_plan, problem=replace(problem, order=order)))
         other = solve(question.mission, graph=question.graph, **options)
-        times_s += [other.hover_time_s] * bool(other)
+        times_s += [other.hover_time_s] if other else []
     before, after = stays[number - 1].at, stays[number + 1].at
     where = f"the rest lies between the hovers over {before} and {after}"
     if not times_s:
@@ -436,4 +436,5 @@ def _sides(
             step=constraint.step,
             in_flight=isinstance(moment, StepEnd) and not moment.stay,
             words=limit(kind, moment, way, label),
+            is_share=limits_share(constraint),
         )

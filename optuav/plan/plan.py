@@ -14,6 +14,7 @@ from pydantic_core import to_jsonable_python
 from optuav.errors import Fault, InputError, collected, for_console, refuse, safe_name
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, relative_to, write_text
+from optuav.mission.formats import HEAD, named
 from optuav.mission.messages import error_words, path_of, several, shown
 from optuav.plan.data import RARE, PlanData
 from optuav.plan.summary import TABLE, blocks
@@ -263,6 +264,10 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     """
     data = parse_json(text, source)
     if not isinstance(data, dict) or "kind" not in data:
+        if what := named(text[:HEAD].encode()):
+            words, _, advice = what.words.partition("; ")
+            sentence = f"is {words}, not a saved plan{advice and '; '}{advice}"
+            raise InputError([Fault("", "", sentence, source)])
         raise InputError([Fault("", "", f'is not a plan: "kind": "{KIND}" is missing', source)])
     if data["kind"] != KIND:
         raise InputError([Fault("kind", shown(data["kind"]), f'"{KIND}"', source)])

@@ -99,6 +99,7 @@ class EventRoster(Result):
         return replay_fleet(
             self.plans,
             self.offsets_s,
+            drones=self.drones,
             share=1.0,
             until_s=3600.0 * self.hours,
             places=len(self.plans),

@@ -117,7 +117,7 @@ class ReturnTimes(Result):
         below = [f"and {more} more with less time"] if more > 0 else []
         yield Table(heads, [*map(_cells, shown)], below=below)
         rule = [
-            "Leave at the latest when the smaller of the two times has passed since arrival.",
+            "Leave no later than the smaller of the two times after arrival.",
             "by well: the available well is empty on landing; by charge: the reserve is reached.",
             "A monitor on board that knows both wells, y1 and y2, leaves as soon as "
             "a·y1 + b·y2 < g.",

@@ -117,11 +117,7 @@ class RobustPlan(Result):
         """Yield the plan, where it holds, and the gain of every number."""
         yield Heading(f"Robust plan: {printable(self.mission.name)}")
         nominal = f"{seconds(self.nominal_hover_s)} with certain numbers"
-        part = (
-            ""
-            if self.chance is None
-            else f" of a box with {percent(self.reach_share)} of the reach"
-        )
+        part = "" if self.chance is None else f" of a box {percent(self.reach_share)} as wide"
         held = f"{percent(self.flyable)} of {self.samples} samples of the box"
         facts = [
             ("Route", " → ".join(map(printable, self.route))),

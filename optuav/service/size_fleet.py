@@ -34,7 +34,8 @@ a drone, the packs of one drone, and a tethered drone in place of all of them.""
 PRICE = Range("-", ge=0.0, le=1e12)
 WORDS = (
     "lit hover: the laser also charges the hovering drone; dark hover: only resting drones. pad: a "
-    "drone rests on a pad with a cable. swap: packs are exchanged in a bay, and charged apart."
+    "drone rests on a pad with a cable. swap: packs are exchanged in a bay, and recharged "
+    "separately."
 )
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
 TECHNOLOGY_UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
