@@ -9,7 +9,6 @@ from typing import Any, TypeGuard
 from optuav.errors import Fault, InputError
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.flight_plan import FlightPlan, Reached, is_flight, reached, read_flight
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
@@ -18,6 +17,7 @@ from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.plan import Plan
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent

@@ -20,9 +20,9 @@ from optuav.errors import Fault, InputError, collected, refuse, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.judge.autopilot import SUFFIXES, flight_of
-from optuav.judge.course import JUDGE_TOLERANCE, Course
 from optuav.judge.stated_flight import StatedFlight, StatedStep
 from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
+from optuav.judge.wells_along import Course
 from optuav.mission import Mission, load
 from optuav.mission.earth import DEGREES, plane, stated_system, system_in_metres
 from optuav.mission.files import label, refusal
@@ -32,6 +32,7 @@ from optuav.mission.messages import first_ten, path_of, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.export import altitude_m_of
 from optuav.presentation.numbers import fixed, typed
 

@@ -27,8 +27,8 @@ from optuav.plan.climbs import (
     EMPTY,
     FlightCharge,
     climbs,
+    deadline_warning,
     flight_charges,
-    late,
     level_speeds_m_s,
     more_reserve,
     short,
@@ -100,7 +100,10 @@ def exported(
     if not force and any(charge.dry for charge in charges):
         words = f"with its climbs, the plan {EMPTY}.{more_reserve(plan.mission, charges)}"
         raise InputError(f"{words} force = True (--force) exports it all the same.")
-    warnings = *short(plan.mission, charges, "the plan"), *late(plan.mission, plan.phases, height_m)
+    warnings = (
+        *short(plan.mission, charges, "the plan"),
+        *deadline_warning(plan.mission, plan.phases, height_m),
+    )
     cost = [*climbs(plan.mission, len(flights), height_m)]
     notes = (*course.notes, *warnings, *cost)
     files = dict[Path, bytes]()

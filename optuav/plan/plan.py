@@ -117,7 +117,7 @@ class Plan(Presented, PlanData):
         rare = {"waypoints_m", "speeds_m_s"}
         data["phases"] = [{k: v for k, v in e.items() if v or k not in rare} for e in phases]
         if source := mission.buildings.source:
-            from optuav.plan.used import used_buildings
+            from optuav.plan.used_buildings import used_buildings
 
             data[TABLE] = {**asdict(source), "path": relative_to(file, source.path)}
             mission = mission.model_copy(update={"buildings": used_buildings(self)})
@@ -284,7 +284,7 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
         with collected(of_mission):
             fields["mission"] = Mission.from_dict(data["mission"])
     if TABLE in data and isinstance(mission := fields.get("mission"), Mission):
-        from optuav.plan.used import with_table
+        from optuav.plan.used_buildings import with_table
 
         with collected(of_table):
             table = with_table(mission.buildings, data[TABLE], folder)

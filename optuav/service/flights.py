@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
-from optuav.mission.files import refusal, refusals, write_files
+from optuav.mission.files import make_directory, refusal, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
 from optuav.network import vehicle
 from optuav.plan.climbs import (
@@ -32,10 +32,17 @@ from optuav.plan.export import (
     course_of,
     flight_files,
     start_of,
+    system_on_earth,
     with_heights_told,
 )
 from optuav.presentation.numbers import figure, percent, seconds
-from optuav.service.event_roster import AT_ONE_POINT, EventRoster, later, visits_of
+from optuav.service.event_roster import (
+    AT_ONE_POINT,
+    MOMENT_ROUNDING_S,
+    EventRoster,
+    later,
+    visits_of,
+)
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
@@ -47,12 +54,12 @@ AUDITS = (
     '.waypoints and .kml, state limits.deadline_s = 1e7 and battery.charging = "taper" in the '
     "mission, and for .waypoints the charge at take-off by [start]."
 )
+YEARS = 1970, 9998  # of a start; calendars have four digits, and an event ends later
 DARK_AUDITS = (
     "No laser lights the hover of this event: leave [laser] out of the mission for .waypoints and "
     ".kml. The rests of a .kml then charge nothing: audit each .plan for what is left at a landing."
 )
 """Where a pad or an exchange charges, or the laser only the rests."""
-ROUNDING_S = 1e-6
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
 
@@ -110,7 +117,10 @@ def save_flights(
 ) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
     folder, begin = path_of(directory, "directory"), _moment(start)
-    refuse(faults_of_flights(start, climb_m))
+    faults = [*faults_of_flights(start, climb_m)]
+    with collected(faults):
+        system_on_earth(event.mission)
+    refuse(faults)
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
@@ -156,22 +166,24 @@ def save_flights(
     if stale:
         words = f"holds flights of another event: {first_ten(sorted(stale))}"
         raise refusal(folder, f"{words}; name another directory, or delete them")
-    pictures = [*event.pictures(begin)]
-    with refusals(folder, "made"):
-        folder.mkdir(parents=True, exist_ok=True)
+    from optuav.plots.files import image
+
+    files |= {folder / name: image(axes, Path(name)) for name, axes in event.pictures(begin)}
+    make_directory(folder)
     write_files(files)
-    from optuav.plots import save_figures
-
-    return PilotFiles((*files, *save_figures(pictures, folder)), (*sentences, *cost))
+    return PilotFiles(tuple(files), (*sentences, *cost))
 
 
-def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
+def faults_of_flights(start: object, climb_m: object) -> Iterator[Fault]:
     """Yield the faults of a start and of a climb."""
     if climb_m is not None:
         yield from misfits(("climb_m", climb_m, CLIMB))
-    if _moment(start) is None:
+    moment = _moment(start)
+    if moment is None:
         words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
         yield Fault("start", shown(start), words)
+    elif not YEARS[0] <= moment.year <= YEARS[1]:
+        yield Fault("start", shown(f"{start}"), f"in the years {YEARS[0]} to {YEARS[1]}")
 
 
 def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
@@ -192,7 +204,8 @@ def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
 def _told(event: EventRoster) -> Iterator[str]:
     """Yield how drones may come too near to each other, on their roof and at handovers."""
     if event.drones > 1:
-        place = PLACES[event.charged_by]
+        shared = " at the bay, which drones may share" * (event.charged_by == "exchange")
+        place = f"landing place{shared}" if shared else PLACES[event.charged_by]
         yield (
             f"WARNING: the files of all drones take off and land at one point of {event.building}: "
             f"move those of each drone to its {place}, as far apart as your drones need."
@@ -200,7 +213,7 @@ def _told(event: EventRoster) -> Iterator[str]:
     points = [vehicle.hover_point_m(cycle.mission) for cycle in event.cycles]
     hovers = sorted(event.rows, key=lambda row: row["start_s"])
     if any(
-        later["start_s"] <= one["start_s"] + one["hover_s"] + ROUNDING_S
+        later["start_s"] <= one["start_s"] + one["hover_s"] + MOMENT_ROUNDING_S
         and one["drone"] != later["drone"]
         and np.allclose(points[one["drone"] - 1], points[later["drone"] - 1])
         for one, later in pairwise(hovers)
@@ -236,7 +249,7 @@ def _of_drone(
             take_off, station, leave, landing = (later(begin, offset_s + s) for s in moments_s)
             clock = Clock(take_off, station, leave, landing)
             if lost_s < offset_s + back.end_s + down_s:
-                hovers = lost_s <= offset_s + hover.end_s + ROUNDING_S
+                hovers = lost_s <= offset_s + hover.end_s + MOMENT_ROUNDING_S
                 clock = Clock(
                     take_off, station, None if hovers else leave, None, later(begin, lost_s)
                 )
