@@ -59,7 +59,7 @@ def with_routes(network: Network, question: Question) -> Network:
     """The network of several devices with the routes of a question that may be the best."""
     mission, problem = network.mission, question.problem
     if problem.device_order is None and len(mission.devices) > MOST_FREE:
-        refuse([too_many_orders()])
+        refuse([too_many_orders(mission)])
     orders = orders_of(mission, problem)
     if count_of_routes(mission, problem) <= MOST_ROWS:
         return replace(network, routes=build_routes(network.legs, network.buildings, orders))
