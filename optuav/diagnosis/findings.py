@@ -11,7 +11,7 @@ from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
-from optuav.presentation.numbers import figure, with_unit
+from optuav.presentation.numbers import figure, percent, with_unit
 
 
 @dataclass(frozen=True)
@@ -30,17 +30,22 @@ class ConstraintAtOptimum:
     step: int | None = None
     in_flight: bool = False  # Whether that step is a stage of flight
     words: str = ""  # Limited quantity, without symbols
+    is_share: bool = False  # Whether both sides are shares of the capacity
 
     @property
     def both_sides(self) -> str:
-        """Both sides in numbers."""
+        """Both sides in numbers, shares in percent."""
+        if self.is_share:
+            return f"{percent(self.left)} {self.sense} {percent(self.right)}"
         left = figure(self.left, beside=max(1.0, abs(self.right)))
         return f"{left} {self.sense} {with_unit(self.right, self.unit)}"
 
     @property
     def spare(self) -> str:
         """The slack, or that it binds."""
-        return "binds" if self.binds else with_unit(self.slack, self.unit)
+        if self.binds:
+            return "binds"
+        return percent(self.slack) if self.is_share else with_unit(self.slack, self.unit)
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,8 @@ STEPS_IN_WORDS = {"battery.packs": "one more pack", "limits.deadline_s": "one mo
 SAME_SHARE = 1e-6  # Largest relative difference of equal times or charges
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
 PARAMETER_NOUNS = {
+    "battery.packs": "number of packs",
+    "body.mass_kg": "mass of the drone",
     "battery.capacity_As": "capacity of a pack",
     "battery.available_fraction": "available share",
     "battery.flow_rate_per_s": "flow between the wells",
@@ -57,17 +59,7 @@ PARAMETER_NOUNS = {
     "rest_current_A": "current at rest",
 }
 """Parameters in words, by the mission's key or their own name."""
-LABELLED = (
-    (r"^P\d+(-\w+)?\.\w (?=hover time$)", "range of the "),
-    (r"^P\d+(-\w+)?\.\w ", ""),
-    (r"^state of charge$", "charge left"),
-    (r"^not (?=past full)", "available well not "),
-    (r"^not dry", "available well not empty"),
-    (r"^bounds of Δ$", "hover time ≥ 0"),
-    (r"^bounds of T'$", "rest time ≥ 0"),
-)
-"""Words in place of parts of the paper's labels."""
-UNDECIDED = (
+MAY_CHANGE = (
     "with one rest and one hover in one piece the hover time stays the same; with more stops it "
     "may change"
 )
@@ -341,13 +333,6 @@ def without_effect(explained: Findings) -> str:
 def symbol_and_value(price: Price) -> str:
     """The symbol of a parameter and its present value."""
     return f"{price.symbol} = {with_unit(price.value, price.unit)}"
-
-
-def constraint_words(label: str) -> str:
-    """The label of a constraint without the paper's number and symbols."""
-    for pattern, words in LABELLED:
-        label = re.sub(pattern, words, label)
-    return label
 
 
 def gain_figure(value: float, digits: int = 6) -> str:

@@ -38,7 +38,7 @@ from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.traversal import leaves
 from optuav.presentation.numbers import figure
 from optuav.solving import Program
-from optuav.solving.constraint_words import moments, words
+from optuav.solving.constraint_words import constraint_words, moments, violation, words
 from optuav.solving.no_plan import subset
 from optuav.solving.route_models import RouteModel
 
@@ -393,8 +393,7 @@ def _clash(program: Program, part: RouteModel, entry: int, meeting: Sequence[Con
     for label, side in zip(labels, sides, strict=True):
         moment, kind = moment_of.get(side.label), side.constraint.kind
         of_well = f"the available well would be {kind} {moment}"
-        left, right = figure(float(side.left)), figure(float(side.right))
-        compared = f"{label}: {left} {side.sense} {right} would be false"
+        compared = f"{constraint_words(label)}: {violation(side)} would be false"
         if not side.satisfied:
             broken.append(of_well if moment and kind in LABELS else compared)
     keys = dict.fromkeys(p.key for one in meeting for p in parameters_in(one) if p.key)

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from formulations.soc import LABELS
 from optuav.diagnosis.findings import ConstraintAtOptimum, Findings
 from optuav.diagnosis.in_words import (
-    UNDECIDED,
+    MAY_CHANGE,
     binding,
-    constraint_words,
     gain_figure,
     key_of,
     price_words,
@@ -22,6 +21,7 @@ from optuav.plan.summary import question_blocks
 from optuav.presentation.blocks import Block, Facts, Fold, Table
 from optuav.presentation.numbers import figure, percent, seconds, with_unit
 from optuav.presentation.presented import Presented
+from optuav.solving.constraint_words import constraint_words
 
 MOST_REPAIRS = 12
 EXACT = "rounded here; --json gives exact fractions"
@@ -32,7 +32,9 @@ NO_REPAIR = (
 NONE_BETTER = "on this route no point that satisfies all of these is better:"
 ONE_OF = "one of these holds:"
 NOT_TRIED = "each is a single change; places were not moved"
-IN_SLOTS = "where whole slots have to add up to a time exactly, values between those tried may do"
+BETWEEN_SLOTS = (
+    "where whole slots have to add up to a time exactly, values between those tried may do"
+)
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Explanation(Presented, Findings):
     """
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the question, what binds or conflicts, proofs, prices or repairs, and notes."""
+        """Yield the question, limits, proof and prices, or repairs and conflicts, and notes."""
         yield from question_blocks(self.plan)
         yield from _optimum(self) if self else _no_plan(self)
         if self.doubt_costs_s:
@@ -95,20 +97,20 @@ class Explanation(Presented, Findings):
 
 
 def _no_plan(explained: Explanation) -> Iterator[Block]:
-    """Conflicts with their proofs, and repairs."""
+    """Repairs, and conflicts with their proofs."""
     plan, repairs = explained.plan, explained.repairs
-    for conflict in explained.conflicts:
-        yield from conflict_blocks(conflict, plan.slot_s)
-    if any(conflict.certificates for conflict in explained.conflicts):
-        yield Facts([("Exact", EXACT)])
     if repairs:
         rows = [repair.row for repair in repairs[:MOST_REPAIRS]]
         more = len(repairs) - len(rows)
         below = [f"and {more} more", NOT_TRIED] if more else [NOT_TRIED]
         yield Table((), rows, words=2, label="Feasible if", above=ONE_OF, below=below)
     elif explained.conflicts or plan.proof == "physics":
-        words = NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}"
+        words = NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {BETWEEN_SLOTS}"
         yield Facts([("Repairs", words)])
+    for conflict in explained.conflicts:
+        yield from conflict_blocks(conflict, plan.slot_s)
+    if any(conflict.certificates for conflict in explained.conflicts):
+        yield Facts([("Exact", EXACT)])
 
 
 def conflict_blocks(conflict: Conflict, slot_s: float | None) -> Iterator[Block]:
@@ -236,10 +238,9 @@ def _prices(explained: Explanation) -> Iterator[Block]:
         again = [price_words(explained, price) for price in worth if price.solved_again]
         yield Facts([("" if k else "One more", words) for k, words in enumerate(again)])
     free = without_effect(explained)
-    if free and explained.more_stops_open:
-        yield Facts([("Undecided", f"{free}: {UNDECIDED}")])
-    elif free:
-        yield Facts([("No effect", free)])
+    if free:
+        may_change = f": {MAY_CHANGE}" if explained.more_stops_open else ""
+        yield Facts([("No effect", f"{free}{may_change}")])
     edges = [
         f"{word} {key_of(price)}"
         for price in explained.prices

@@ -28,6 +28,7 @@ from optuav.diagnosis.report import Explanation
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
+from optuav.explorer.slider_words import by_key, in_slider_words, repair_row
 from optuav.explorer.state import Control, State, controls, device_keys, options_of
 from optuav.mission import Mission
 from optuav.mission.keys import stated_value
@@ -56,6 +57,7 @@ from optuav.status import Status
 MOST_STEPS = 16  # Steps along the longer side of a map
 EMPTY = 1e-5  # Share of the capacity that counts as an empty well
 MOST_BUILDINGS = 2_000
+FEASIBLE_IF = "A plan becomes possible with any one of these changes"
 SOLVE_S = 10.0  # Time limit of an engine [s]
 HOUR_S = 3600.0
 
@@ -118,7 +120,9 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
         **_reasons(explained, [*facts(plan), *notes]),
     }
     if state.picture is not None:
-        found["picture"] = picture(state.picture, program, plan, state.building)
+        drawn = picture(state.picture, program, plan, state.building)
+        why_none = in_slider_words(drawn.get("words", ""), mission)
+        found["picture"] = drawn | ({"words": why_none} if why_none else {})
     if state.file is not None:
         as_toml = state.file == "mission"
         text = toml_of(mission.to_dict()) if as_toml else json.dumps(plan.to_dict(), indent=2)
@@ -313,19 +317,22 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
 
 
 def _reasons(explained: Explanation, facts: Rows) -> Data:
-    """Limits that bind; and tables: why there is no plan and what would give one, limits, proof."""
+    """Limits that bind; and tables: changes that give a plan, why there is none, limits, proof."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
     limits = sorted(sides, key=lambda side: not side.binds)
     rows = [(e.words, e.label, e.statement, e.both_sides, e.spare) for e in limits]
     prices = [price for price in explained.prices if price.matters]
     steps = [price_words(explained, price) for price in prices if price.solved_again]
-    reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
+    mission, sliders = explained.plan.mission, by_key(explained.plan.mission)
+    reasons = [in_slider_words(reason, mission) for reason in explained.plan.reasons]
+    ranked = sorted(explained.repairs, key=lambda repair: repair.key not in sliders)
+    repairs = [repair_row(repair, sliders.get(repair.key)) for repair in ranked]
     worth = (
         f"Gain: {explained.objective} per unit of a parameter, as a slope, with the others fixed"
     )
     tables: list[Data] = [
+        {"title": FEASIBLE_IF, "rows": repairs},
         {"title": "Why there is no plan", "lines": reasons},
-        {"title": "Feasible if", "heads": ["change", ""], "rows": repairs},
         {
             "title": "Limits; y1_k is the charge in the available well after step k",
             "heads": ["limit", "constraint", "as stated", "in numbers", "to spare"],

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
 from optuav.mission.messages import plural
 from optuav.plan import Plan
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Heading
 from optuav.presentation.numbers import figure, fixed, seconds

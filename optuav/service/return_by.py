@@ -383,8 +383,8 @@ def _first_stretch(
 
 def _last_that_holds(spare_As: Callable[[float], float], from_s: float, to_s: float) -> float:
     """Return the last moment on the way to another one at which a number is not below 0."""
-    towards = math.copysign(1.0, to_s - from_s)
+    sign = math.copysign(1.0, to_s - from_s)
     largest = bisect_largest(
-        lambda passed_s: spare_As(from_s + towards * passed_s) >= 0.0, abs(to_s - from_s)
+        lambda passed_s: spare_As(from_s + sign * passed_s) >= 0.0, abs(to_s - from_s)
     )
-    return from_s + towards * (largest[0] if largest else 0.0)
+    return from_s + sign * (largest[0] if largest else 0.0)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 
-from formulations.soc import StepEnd
+from formulations.soc import LABELS, StepEnd
+from optuav.modelling.check import Check
+from optuav.modelling.declaration import Constraint
+from optuav.modelling.writer import Text
 from optuav.network.network import Network
 from optuav.network.places import on_landing
+from optuav.presentation.numbers import figure, percent_apart
 from optuav.solving.assemble import legs_and_stays
 from optuav.solving.route_models import RouteModel
 
@@ -19,6 +24,17 @@ ENDS = {
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
 OVER = "after the hover over {1}"  # The end of a hover over one of several devices
+LABELLED = (
+    (r"^P\d+(-\w+)?\.\w (?=hover time$)", "range of the "),
+    (r"^P\d+(-\w+)?\.\w ", ""),
+    (r"^state of charge$", "charge left"),
+    (r"^not (?=past full)", "available well not "),
+    (r"^not dry", "available well not empty"),
+    (r"^bounds of Δ$", "hover time ≥ 0"),
+    (r"^bounds of T'$", "rest time ≥ 0"),
+)
+"""Words in place of parts of the paper's labels."""
+OF_CHARGE = ("state of charge", *LABELS)  # Kinds of constraints on charges
 
 
 def moments(network: Network, part: RouteModel, entry: int) -> dict[str, str]:
@@ -54,3 +70,23 @@ def words(network: Network, part: RouteModel, entry: int, labels: Sequence[str])
     return [
         f"{names[label]} {moment_of[label]}" if label in moment_of else label for label in labels
     ]
+
+
+def constraint_words(label: str) -> str:
+    """The label of a constraint without the paper's number and symbols."""
+    for pattern, words in LABELLED:
+        label = re.sub(pattern, words, label)
+    return label
+
+
+def limits_share(constraint: Constraint) -> bool:
+    """Whether both sides of a constraint are shares of the capacity."""
+    return constraint.kind in OF_CHARGE and constraint.unit in ("", "1")
+
+
+def violation(row: Check) -> str:
+    """A comparison that does not hold, in numbers: ``"−117.86 % ≥ 5 %"``; shares in percent."""
+    left, right = float(row.left), float(row.right)
+    in_percent = limits_share(row.constraint)
+    sides = percent_apart(left, right) if in_percent else (figure(left), figure(right))
+    return f" {Text.senses[row.sense]} ".join(sides)

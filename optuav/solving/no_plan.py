@@ -25,7 +25,7 @@ from optuav.network.variants import as_variants
 from optuav.plan import Plan
 from optuav.presentation.numbers import all_digits, figure, seconds
 from optuav.solving.best_plans import best_plans
-from optuav.solving.constraint_words import words
+from optuav.solving.constraint_words import constraint_words, violation, words
 from optuav.solving.question import Question, solve_model
 from optuav.solving.route_models import RouteModel
 from optuav.solving.route_plan import plan_for
@@ -120,7 +120,7 @@ def shortfalls(
             right = constraint.relation.right
             if constraint.relation.sense == "==" and not has_unknowns(right):
                 exact = f"exactly {figure(evaluate(right, parameters))} {constraint.unit}"
-                reasons.append(f"{constraint.label}: {exact} are asked for")
+                reasons.append(f"{constraint_words(constraint.label)}: {exact} are asked for")
         return tuple(reasons)
     least = {variable.name: evaluate(variable.lower, parameters) for variable in model.variables}
     times = ", ".join(
@@ -130,15 +130,17 @@ def shortfalls(
     labels = words(network, part, entry, [row.label for row in broken])
     way = " → ".join(network.route_names(int(part.routes[entry])))
     violated = [
-        f"{label}: {figure(float(row.left))} {row.sense} {figure(float(row.right))} does not hold "
-        f"at {times} on {way}"
+        f"{constraint_words(label)}: {violation(row)} does not hold at {times} on {way}"
         for label, row in zip(labels, broken, strict=True)
         if not has_unknowns(*row.constraint.relation.sides)
         or none_proved(subset(model, [row.constraint], ANY_S), 1, parameters)[0]
     ]
     if (more := len(violated) - MOST_VIOLATED) > 0:
-        violated[MOST_VIOLATED:] = [f"nor do {more} other constraints hold there"]
+        violated[MOST_VIOLATED:] = [
+            f"{more} more {'constraints are' if more > 1 else 'constraint is'} violated there"
+        ]
     if question.slot_s is not None:
         return tuple(violated) or ("no whole slots satisfy all constraints together",)
-    met = f": those that satisfy {' and '.join(labels[:MOST_VIOLATED])} break others"
+    named = " and ".join(map(constraint_words, labels[:MOST_VIOLATED]))
+    met = f": those that satisfy {named} break others"
     return tuple(violated) or (f"no times satisfy all constraints together{met * bool(labels)}",)

@@ -49,7 +49,7 @@ def test_wells_that_conflict_are_told_by_their_moments() -> None:
         "P4.a not past full after the rest at b1",
     )
     (broken,) = conflict.clash.broken
-    assert re.fullmatch(r"P4.a state of charge: 0\.8\d+ >= 0\.99 would be false", broken)
+    assert re.fullmatch(r"charge left: 8\d\.\d+ % ≥ 99 % would be false", broken)
 
 
 def test_how_far_a_clash_is_proved_is_said() -> None:

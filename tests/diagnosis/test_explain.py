@@ -18,6 +18,7 @@ from optuav.diagnosis import Explanation, explain
 from optuav.diagnosis.infeasibility import plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.errors import InputError
+from optuav.explorer.answers import answers
 from optuav.modelling import Model
 from optuav.status import Status
 from tests.diagnosis.missions import PAPER, SMALL, InTime, only, repairs
@@ -33,7 +34,7 @@ P3_TEXT = """\
 Optimum      hover 688.85 s at hover
 What binds   Charge binds, the deadline does not.
 
-Binding      charge left  0.05 ≥ 0.05
+Binding      charge left  5 % ≥ 5 %
 
 To spare     688.848 s  hover time: 688.848 ≥ 0 s
              435.36 s   deadline: 688.848 ≤ 1124.21 s
@@ -61,7 +62,7 @@ P4_TEXT = """\
 Optimum      rest 392.14 s at b1, hover 719.54 s at hover
 What binds   Charge and deadline bind.
 
-Binding      charge left  0.05 ≥ 0.05
+Binding      charge left  5 % ≥ 5 %
              deadline     1111.68 ≤ 1111.68 s
 
 To spare     719.54 s   hover time: 719.54 ≥ 0 s
@@ -95,6 +96,17 @@ Note         battery.charge_current_A = 10 A caps the charging current wherever
              the laser is in sight: a stronger laser changes nothing there"""
 
 SHORT_TEXT = """\
+Feasible if  one of these holds:
+             limits.deadline_s >= 75.8                     now 60
+             link.transmit_power_W >= 109                  now 5
+             link.snr_threshold_dB <= -22                  now -11
+             body.mass_kg <= 0.931                         now 1.3
+             1240 <= rotor.max_speed_rad_s <= 110000       now 1060
+             link.path_loss_exponent <= 1.66               now 2
+             rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
+             link.noise_power_W <= 8.08e-06                now 0.0001
+             each is a single change; places were not moved
+
 Conflict     on origin → hover → destination: range of the hover time cannot
              hold (limits.deadline_s); the proof:
              1 ×  range of the hover time  −Δ ≤ 0
@@ -109,18 +121,7 @@ Conflict     on 20 routes, such as origin → b1 → hover → destination: rang
              1 ×  rest time ≥ 0            −T' ≤ 0
              sum                           0 ≤ −28.3163, which is false
 
-Exact        rounded here; --json gives exact fractions
-
-Feasible if  one of these holds:
-             limits.deadline_s >= 75.8                     now 60
-             link.transmit_power_W >= 109                  now 5
-             link.snr_threshold_dB <= -22                  now -11
-             body.mass_kg <= 0.931                         now 1.3
-             1240 <= rotor.max_speed_rad_s <= 110000       now 1060
-             link.path_loss_exponent <= 1.66               now 2
-             rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
-             link.noise_power_W <= 8.08e-06                now 0.0001
-             each is a single change; places were not moved"""
+Exact        rounded here; --json gives exact fractions"""
 
 
 def prices(explained: Explanation) -> dict[str, Price]:
@@ -575,8 +576,9 @@ def test_what_more_stops_would_change_is_not_said_to_have_no_effect() -> None:
     words = " ".join(str(explained).split())
     assert "--stops 2 --hovers 2" in words
     assert "P1(stops=2, hovers=2)" in words
-    assert "No effect" not in words
-    assert "limits.deadline_s" in words.partition("Undecided")[2].partition("Note")[0]
+    idle = words.partition("No effect")[2].partition("Note")[0]
+    assert "limits.deadline_s" in idle
+    assert "with more stops it may change" in idle
 
 
 def test_more_stops_are_excluded_where_one_stop_reaches_what_charge_admits() -> None:
@@ -695,3 +697,18 @@ def test_the_current_over_a_device_is_named_and_has_its_share_of_the_price() -> 
     assert "the draw up to the hover point of market" in " ".join(text.split())
     assert "hover_current_A[" not in text
     assert "landing_" not in text
+
+
+def test_a_rest_that_has_to_lie_between_is_explained() -> None:
+    """A building stands between both hover points, and every plan flies around it by its roof."""
+    at_m = {"p": [800.0, 1500.0, 50.0], "q": [800.0, 2000.0, 50.0]}
+    devices = [
+        {"name": name, "position_m": [x - 100.0, y, 0.0], "hover_m": [x, y, z]}
+        for name, (x, y, z) in at_m.items()
+    ]
+    mission = PAPER.replace({"limits.deadline_s": 1800, "devices": devices})
+    explained = optuav.explain(mission)
+    assert explained.plan.route == ("origin", "p", "b9", "q", "destination")
+    why = "the rest lies between the hovers over p and q: without a rest there, no plan exists"
+    assert why in explained.notes
+    assert not answers(mission, {}).get("faults")

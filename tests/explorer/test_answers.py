@@ -382,12 +382,32 @@ def test_without_a_plan_reasons_stand_and_repairs_when_asked(
     found = answers(paper, late)
     assert found["verdict"]["event"] == "no plan"
     reasons, _ = found["tables"]
-    assert "75.79 s" in reasons["lines"][0]
+    assert "75.79 s, longer than the deadline of 60 s" in reasons["lines"][0]
     assert (found["repairable"], found["plane"]["best"]) == (True, None)
     assert [max(e["excess"]) < 0 for e in found["plane"]["limits"]] == [True]
     repaired = answers(paper, {**late, "repairs": True})
-    assert ("limits.deadline_s >= 75.8", "now 60") in repaired["tables"][1]["rows"]
+    assert ("deadline ≥ 75.8 s", "now 60 s") in repaired["tables"][0]["rows"]
     assert not repaired["repairable"]
+
+
+def test_repairs_are_in_the_words_and_units_of_the_sliders(
+    paper: Mission, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The slider of the capacity has ampere-hours, its key ampere-seconds; no key stands anywhere.
+
+    Such a change is rounded to where a plan is possible.
+    """
+    only(monkeypatch, "battery")
+    small = {"changes": {"battery.capacity_As": 1800.0}, "repairs": True, "picture": "day"}
+    found = answers(paper, small)
+    repairs, reasons, *_ = found["tables"]
+    (capacity, now), *others = repairs["rows"]
+    assert (capacity, now) == ("capacity of a pack ≥ 1.07 Ah", "now 0.5 Ah")
+    assert ("number of packs ≥ 5", "now 2") in others
+    enough = {"changes": {"battery.capacity_As": 3600.0 * 1.07}}
+    assert answers(paper, enough)["verdict"]["good"]
+    assert reasons["lines"][0].startswith("charge left: −117.86 % ≥ 5 % does not hold at ")
+    assert "capacity of a pack: 0.5 Ah, charge left: 5 %" in found["picture"]["words"]
 
 
 def test_every_answer_is_json(paper: Mission) -> None:
@@ -435,7 +455,7 @@ def test_files_hold_what_is_shown(paper: Mission, tmp_path: Path) -> None:
 def test_figures_have_no_rounding_errors(paper: Mission) -> None:
     """A well that is empty at the end of a flight is at 0, not at −4e−13."""
     limits, *_ = answers(paper, {})["tables"]
-    assert [row[3] for row in limits["rows"] if row[-1] == "binds"] == ["0 ≥ 0", "0 ≥ 0"]
+    assert [row[3] for row in limits["rows"] if row[-1] == "binds"] == ["0 % ≥ 0 %"] * 2
 
 
 def test_no_warning_comes_from_far_off_the_plane(paper: Mission) -> None:

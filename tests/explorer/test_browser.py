@@ -175,8 +175,10 @@ def test_a_bad_value_is_told_and_the_picture_stays(open_page: Open) -> None:
     page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("60")
     says(page, "no plan")
     page.get_by_role("button", name="Details").click()
-    page.get_by_role("button", name="What would make it feasible?").click()
-    playwright.expect(page.locator(".tables")).to_contain_text("limits.deadline_s >= 75.8")
+    playwright.expect(page.locator(".tables")).to_contain_text("deadline ≥ 75.8 s")
+    page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("50")
+    page.get_by_role("button", name="Which change would make a plan possible?").click()
+    playwright.expect(page.locator(".tables")).to_contain_text("now 50 s")
 
 
 def test_files_are_saved(open_page: Open, tmp_path: Path) -> None:

@@ -104,7 +104,13 @@ function render({model, el}) {
   function openTables() {
     below.hidden = !below.hidden;
     part(".foot button").ariaExpanded = !below.hidden;
-    if (!below.hidden) below.scrollIntoView({behavior: "smooth", block: "nearest"});
+    if (below.hidden) return;
+    if (session.shown?.repairable) askRepairs();
+    below.scrollIntoView({behavior: "smooth", block: "nearest"});
+  }
+
+  function askRepairs() {
+    session.change({repairs: true});
   }
 
   // What the session tells.
@@ -156,7 +162,7 @@ function render({model, el}) {
     showTabs(part(".tabs.pictures"), ["map", "plane", "wells", ...shown.pictures], opened, openPicture);
     sayBinding(part(".binding"), session);
     part(".foot button").textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
-    below.replaceChildren(...tables(shown, () => session.change({repairs: true})));
+    below.replaceChildren(...tables(shown, askRepairs));
     for (const column of columns) column.shape(shown.map.bounds);
     draw();
   }

@@ -12,7 +12,7 @@ export function outcome({event, good}) {
 }
 
 export function sayVerdict(header, session, lecture) {
-  const {shown: {verdict, plane}, pinned} = session;
+  const {shown: {verdict, plane, stored}, pinned} = session;
   const [says, why] = header.querySelectorAll(".verdict, .why");
   header.classList.toggle("good", verdict.good);
   if (verdict.promise && pinned?.answer?.verdict.promise) return sayDifference(says, why, session);
@@ -21,7 +21,7 @@ export function sayVerdict(header, session, lecture) {
   says.title = verdict.text; // Where there is no room for all
   says.replaceChildren(...promise, outcome(verdict), verdict.reason ? `: ${verdict.reason}` : "");
   const kept = plane.words ?? "No combination of rest and hover times meets every limit.";
-  const told = lecture ? kept : "Details show which single change would make a plan possible.";
+  const told = lecture || stored ? kept : "Details show which single change would make a plan possible.";
   const binds = [make("b", {}, verdict.binds), make("span", {class: "route"}, ` ${verdict.route}`)];
   why.replaceChildren(...(verdict.promise ? binds : [told]));
 }
@@ -104,10 +104,9 @@ function briefly(words, k, several) {
   return short.replace("at the destination", "at the end");
 }
 
-// Tables below the screen, and below the reasons for no plan a button that asks for repairs.
+// Tables below the screen, and above the reasons for no plan a button that asks for repairs.
 export function tables({tables: all, repairable}, askRepairs) {
-  const [first, ...others] = all.map(folded);
-  return [first, ...(repairable ? [button("What would make it feasible?", askRepairs)] : []), ...others];
+  return [...(repairable ? [button("Which change would make a plan possible?", askRepairs)] : []), ...all.map(folded)];
 }
 
 function folded({title, heads = [], rows = [], note = "", lines = []}) {
