@@ -277,7 +277,7 @@ def test_no_plan_says_what_is_short() -> None:
     assert late.plan.status is Status.INFEASIBLE
     assert "longer than limits.deadline_s = 70 s" in str(late)
     short = along_edges(THREE.replace({"battery.capacity_As": 2000, "limits.deadline_s": 150}))
-    assert "P1.b state of charge" in str(short)
+    assert "charge left: −198.46 % ≥ 5 %" in str(short)
     graph = optuav.graph(THREE)
     graph.remove_edges_from([*graph.in_edges("west")])
     lost = along_edges(THREE, graph=graph)
