@@ -271,6 +271,22 @@ def illustrate(app: Any, tree: nodes.document, page: str) -> None:
         first.parent.insert(0, nodes.raw("", shown, format="html"))
 
 
+def survey(app: Any, tree: nodes.document, page: str) -> None:
+    """Show the gallery at a glance: the first picture of each section, which leads to it."""
+    if page != "gallery" or app.builder.name != "html":
+        return
+    gallery = next(tree.findall(nodes.section))
+    sections = [part for part in gallery.children if isinstance(part, nodes.section)]
+    shown = []
+    for section in sections:
+        title = escape(section.next_node(nodes.title).astext())
+        picture = app.env.images[section.next_node(nodes.image)["uri"]][1]
+        image = f'<img src="_images/{picture}" alt="" loading="lazy">'
+        shown.append(f'<a class="thumbnail" href="#{section["ids"][0]}">{image}{title}</a>')
+    grid = f'<nav class="overview" aria-label="All pictures">{"".join(shown)}</nav>'
+    gallery.insert(gallery.index(sections[0]), nodes.raw("", grid, format="html"))
+
+
 def outdated(app: Any, env: Any, added: Any, changed: Any, removed: Any) -> tuple[str, ...]:
     """Lists of pages are written whenever the site is built: pictures of others may be new."""
     return LISTS
@@ -413,6 +429,7 @@ def setup(app: Any) -> None:
     app.connect("env-get-outdated", outdated)
     app.connect("doctree-resolved", describe)
     app.connect("doctree-resolved", illustrate)
+    app.connect("doctree-resolved", survey)
     app.connect("html-page-context", complete_page)
     app.connect("html-page-context", break_names)
     app.connect("autodoc-skip-member", skipped)

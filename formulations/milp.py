@@ -216,9 +216,9 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
         ends = (most_hover, most_rest if given.rests else 0.0)
         for k, row in enumerate(_rows(option), start=1):
             at_least, label = row.sense == ">=", PartedLabel(f"{row.name},", route.name)
-            left, towards = row.left(hover, rest if given.rests else 0.0), -1.0 if at_least else 1.0
+            left, sign = row.left(hover, rest if given.rests else 0.0), -1.0 if at_least else 1.0
             slopes = affine(left, {}).coefficients
-            grows = (towards * slopes.get(time.name, 0.0) > 0.0 for time in (hover, rest))
+            grows = (sign * slopes.get(time.name, 0.0) > 0.0 for time in (hover, rest))
             worst = row.left(*(x if up else 0.0 for x, up in zip(ends, grows, strict=True)))
             missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
             called = PartedLabel(f"{symbol} of", label)

@@ -121,11 +121,6 @@ class Quantities:
         return self.packs * self.capacity_As
 
     @property
-    def starts_charged(self) -> bool:
-        """Whether the charge at the start is stated; else the battery is full."""
-        return self.start_soc is not None or self.start_available_As is not None
-
-    @property
     def start_share(self) -> Operand:
         """State of charge at the start [-]."""
         if self.start_available_As is not None:

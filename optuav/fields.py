@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Self, TypeGuard, TypeVa
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Strict
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, shown
 from optuav.presentation.numbers import short
 
 MOST_ITEMS = 100_000  # Most items that a list may have, such as buildings
@@ -38,6 +38,10 @@ class Allowed:
     words: str
 
 
+REGISTERED_FIRST = "or one that is registered first"
+"""Last of the choices where others may be added, often by importing their package."""
+
+
 @dataclass(frozen=True)
 class OneOf:
     """A name in a registry that others may be added to."""
@@ -45,9 +49,14 @@ class OneOf:
     names: Mapping[str, object]
 
     @property
-    def words(self) -> str:
+    def listed(self) -> str:
         """For example ``"rotors" or "regimes"``."""
         return " or ".join(f'"{name}"' for name in self.names)
+
+    @property
+    def words(self) -> str:
+        """For example ``"rotors" or "regimes", or one that is registered first``."""
+        return f"{self.listed}, {REGISTERED_FIRST}"
 
 
 @dataclass(frozen=True)
@@ -288,7 +297,14 @@ class MadeOfTables:
         return made
 
     def _on_arrays(self) -> None:
-        """Evaluate its figures at arrays of places or ways."""
+        """Evaluate its figures at arrays of places or ways; refuse what are none."""
+
+    def _expect(
+        self, method: str, value: object, kind: type | tuple[type, ...], words: str
+    ) -> None:
+        """Refuse a value of a method that is of another kind."""
+        if not isinstance(value, kind):
+            raise InputError([Fault(f"{type(self).__name__}.{method}()", shown(value), words)])
 
     def _refuse_scalars(self) -> None:
         """Refuse formulas that work only for single numbers; any other error shows up in use."""
@@ -297,6 +313,8 @@ class MadeOfTables:
         try:
             with np.errstate(all="ignore"):
                 self._on_arrays()
+        except InputError:
+            raise
         except Exception as error:  # Of any kind, as the formulas come from outside the package
             if "array" not in str(error):
                 return

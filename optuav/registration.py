@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from inspect import Parameter, get_annotations, isabstract, isfunction, signature
+from inspect import Parameter, get_annotations, isabstract, isfunction, isroutine, signature
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from formulations.formulation import Formulation
@@ -221,17 +221,20 @@ def _faults_of_model(
 
 
 def _faults_of_methods(kind: type, base: type) -> Iterator[Fault]:
-    """Methods that do not take what the base class says they take."""
-    for name, method in vars(base).items():
-        if name.startswith("_") or not isfunction(method):
+    """Methods that are none, or do not take what the base class says they take."""
+    for name in vars(base):
+        method = getattr(base, name)
+        if name.startswith("_") or not isroutine(method):
             continue
-        if isfunction(own := getattr(kind, name)):
-            arguments = signature(method).parameters
-            try:
-                signature(own).bind(*arguments)
-            except TypeError:
-                words = f"must be defined as {name}({', '.join(arguments)})"
-                yield Fault(f"{kind.__name__}.{name}", "", words)
+        own, place = getattr(kind, name), f"{kind.__name__}.{name}"
+        words = f"must be defined as {name}({', '.join(signature(method).parameters)})"
+        if not callable(own):
+            yield Fault(place, shown(own), f"{words}, as it is called")
+            continue
+        try:
+            signature(own).bind(*signature(method).parameters)
+        except (TypeError, ValueError):
+            yield Fault(place, "", words)
 
 
 def _faults_of_constructor(kind: type, table: str, needs: object) -> Iterator[Fault]:

@@ -23,7 +23,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.fields import Speed
 from optuav.flight.model import FLIGHTS, MODEL, FlightModel, FlightTable
-from optuav.laser.beam import Beam
+from optuav.laser.beam import Beam, LaserTable
 from optuav.modelling import Model, Parameter
 from optuav.physics.flight import Flow, Loads
 from optuav.plugins import GROUP, read_plugins
@@ -43,7 +43,7 @@ BY_FUNCTION = (
     + """
 
 def register_all():
-    for thing in (Hops, Tube, SmallestPack, Linprog(), Slsqp(), charge_against_power):
+    for thing in (Hops, Tube, SmallestPack, Linprog(), Slsqp(), both_wells):
         optuav.register(thing)
 """
 )
@@ -123,7 +123,7 @@ def test_the_command_line_reads_plugins(tmp_path: Path, entry: str) -> None:
     done = run(tmp_path, environment, "-m", "optuav", "solve", "town.toml", *own)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.search(r"^Hover +400.00 s", done.stdout, re.M)
-    assert (tmp_path / "pictures" / "charge_against_power.png").is_file()
+    assert (tmp_path / "pictures" / "both_wells.png").is_file()
 
 
 @pytest.mark.slow
@@ -248,6 +248,15 @@ class NoWay(Hops):
         raise NotImplementedError
 
 
+class Attributes(Hops):
+    leg, hover, rest, least = None, 3, "x", 3  # type: ignore[assignment]
+
+
+class Empty(Hops):
+    def hover(self) -> Flow:
+        return None  # type: ignore[return-value]
+
+
 class Nameless(Hops):
     name = ""
 
@@ -300,6 +309,12 @@ class Starred(Hops):
 
 class Dark(Beam):
     name, table = "dark", FlightTable  # type: ignore[assignment]
+
+
+class Plain(Beam):
+    """A beam of numbers in place of methods."""
+
+    name, table, received_W, enough_W = "plain", LaserTable, 3, 4.0  # type: ignore[assignment]
 
 
 class NoDeclare(optuav.Formulation):
@@ -388,6 +403,15 @@ def wells(plan: optuav.Plan) -> Any:
         (Hops(HopFlight(model="hops", speed_m_s=5.0)), "must be the class Hops, not an instance"),
         (FlightModel, "flight model name = None: the flight model needs a name of letters"),
         (NoWay, r"NoWay.leg: must be defined as leg\(self, way_m\)"),
+        (
+            Attributes,
+            r"Attributes.leg = None: must be defined as leg\(self, way_m\), as it is call",
+        ),
+        (Attributes, r"Attributes.hover = 3: must be defined as hover\(self\), as it is called"),
+        (Attributes, r"Attributes.rest = 'x': must be defined as rest\(self\), as it is called"),
+        (Attributes, r"Attributes.least = 3: must be defined as least\(self, distance_m\), as it"),
+        (Plain, r"Plain.received_W = 3: must be defined as received_W\(self, distance_m, most_W"),
+        (Plain, r"Plain.enough_W = 4.0: must be defined as enough_W\(self, distance_m, most_W\)"),
         (Nameless, "flight model name = '': the flight model needs a name of letters"),
         (Taken, "flight model = 'rotors': must be a name of its own, none of the package"),
         (
@@ -466,6 +490,28 @@ def test_formulas_for_single_numbers_only_are_refused_in_words() -> None:
     words = r"Calm: hover \(line \d+ of test_extend.py\) does not take arrays of keys"
     with pytest.raises(InputError, match=words):
         optuav.batch_arrays(mission, {"flight.speed_m_s": [3.0, 5.0]})
+
+
+def test_a_method_that_returns_something_else_is_refused_in_words() -> None:
+    optuav.register(Empty)
+    mission = optuav.load("paper").replace({"flight.model": "hops", "flight.speed_m_s": 5})
+    with pytest.raises(InputError, match=r"Empty.hover\(\) = None: must be a Flow"):
+        optuav.solve(mission)
+
+
+def test_a_sweep_over_a_key_that_is_not_registered_asks_for_its_package(tmp_path: Path) -> None:
+    """The files are whole: what is missing is the class, in a process that did not import it."""
+    mine()
+    (tmp_path / "town.toml").write_text(TOWN)
+    file, keys = tmp_path / "study.toml", "grid.laser.width_m = [0.3, 0.4]\n"
+    file.write_text(f'mission = "town.toml"\nproblem = "SmallestPack"\n{keys}')
+    directory = optuav.sweep(file).directory
+    assert optuav.open_sweep(directory).sizes == {"laser.width_m": 2}
+    optuav.unregister("tube")
+    optuav.unregister("SmallestPack")
+    words = r"manifest\.json: no key laser\.width_m and no problem SmallestPack here: import the pa"
+    with pytest.raises(InputError, match=words):
+        optuav.open_sweep(directory)
 
 
 def test_a_thing_replaces_what_had_its_name_and_is_taken_out() -> None:

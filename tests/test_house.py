@@ -21,7 +21,7 @@ def imports(tree: ast.AST) -> Iterator[str]:
     """Modules of ours that a tree imports, within functions and for type checkers too."""
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
-            inner = {f"{node.module}.{each.name}" for each in node.names} & FILES.keys()
+            inner = {f"{node.module}.{alias.name}" for alias in node.names} & FILES.keys()
             yield from inner or FILES.keys() & {node.module}
 
 
@@ -31,8 +31,8 @@ def test_nothing_imports_in_a_circle() -> None:
     for name, path in FILES.items():
         found = imports(ast.parse(path.read_text("utf-8")))
         graph.add_edges_from((name, other) for other in found)
-    circles = [sorted(each) for each in networkx.strongly_connected_components(graph)]
-    assert [each for each in circles if len(each) > 1] == []
+    circles = [sorted(names) for names in networkx.strongly_connected_components(graph)]
+    assert [names for names in circles if len(names) > 1] == []
 
 
 def test_no_two_classes_have_one_name() -> None:

@@ -16,6 +16,7 @@ from tests.explorer import conftest as explorer
 BUILT = os.environ.get("BUILT_SITE")
 pytestmark = pytest.mark.skipif(not BUILT, reason="make docs runs this on the site it has built")
 SITE = Path(BUILT or ".")
+LESSONS = [*(Path(__file__).parents[1] / "examples").glob("[0-9A]*_*.py")]
 browser = explorer.browser
 LESSON = "lessons/01_first_mission.html"
 
@@ -239,11 +240,24 @@ def test_every_page_tells_what_it_is(pages: Any) -> None:
 
 def test_each_lesson_in_the_list_has_its_picture(pages: Any) -> None:
     """And so has all but a few of the other lists."""
-    for page, share in (("lessons.html", 1.0), ("how-to.html", 0.9), ("understand.html", 0.7)):
+    lessons = (SITE / "lessons.html").read_text("utf-8").partition('class="bd-article"')[2]
+    rows = [row for row in lessons.split("<tr")[1:] if 'href="lessons/' in row]
+    assert len(rows) == len(LESSONS)
+    assert [row for row in rows if '<a class="thumbnail"' not in row] == []
+    for page, share in (("how-to.html", 0.9), ("understand.html", 0.7)):
         text = (SITE / page).read_text("utf-8").partition('class="bd-article"')[2]
-        items = len(re.findall(r"<tr[^>]*><td><a class=\"thumbnail|<li><a class=\"thumbnail", text))
-        whole = 36 if page == "lessons.html" else text.partition("<footer")[0].count("<li><")
+        items = text.count('<li><a class="thumbnail"')
+        whole = text.partition("<footer")[0].count("<li><")
         assert items >= share * whole > 0, page
+
+
+def test_the_gallery_begins_with_all_its_pictures(pages: Any) -> None:
+    """Each leads to its section."""
+    text = (SITE / "gallery.html").read_text("utf-8")
+    grid = text.partition('<nav class="overview"')[2].partition("</nav>")[0]
+    led = re.findall(r'class="thumbnail" href="#([^"]+)"', grid)
+    assert led == re.findall(r'<section id="([^"]+)">\s*<h2>', text)
+    assert len(led) > 40
 
 
 def test_the_explorer_to_try_is_on_one_screen(opened: Any) -> None:

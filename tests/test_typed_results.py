@@ -21,6 +21,7 @@ import numpy.typing as npt
 import formulations
 import optuav
 from optuav.presentation.presented import Presented
+from optuav.studies.compare import compare
 
 OURS = ("optuav.", "formulations.")
 NO_RESULTS = (
@@ -149,6 +150,21 @@ def test_the_results_are_found() -> None:
     names = {each.__name__ for each in results()}
     assert {"Plan", "Replay", "Coverage", "Event", "Fleet", "RobustPlan", "Siting"} <= names
     assert {"MethodComparison", "PlanAnswer", "Swept", "Check", "Program", "Fit"} <= names
+
+
+def test_each_comparison_has_the_type_of_its_rows() -> None:
+    """An editor knows the entries of a row by what is compared, for every kind that there is."""
+    types = [
+        types_of(kind, inspect.get_annotations(kind)) for kind in typing.get_overloads(compare)
+    ]
+    assert {
+        name: [kinds["return"].__name__ for kinds in types if f"'{name}'" in str(kinds["by"])]
+        for name in ("method", "perspective", "trajectory", "schedule", "speed")
+    } == {
+        "method": ["MethodComparison"],
+        **{name: ["PlanComparison"] for name in ("perspective", "trajectory", "schedule")},
+        "speed": ["SpeedComparison"],
+    }
 
 
 def test_any_is_seen_wherever_it_hides() -> None:

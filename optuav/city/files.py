@@ -30,7 +30,7 @@ from optuav.mission.formats import HEAD as FIRST
 from optuav.mission.formats import named
 from optuav.mission.maps import (
     HEADS,
-    LARGEST,
+    LARGEST_MAP,
     LINES,
     MOST_VALUES,
     OSM,
@@ -108,7 +108,7 @@ def _of_json(document: Any, file: Path) -> tuple[Any, tuple[str, ...]]:
     if "crs" not in whole and not on_map:  # GeoJSON without a system should be in degrees
         frame = frame.set_crs(None, allow_override=True)
     if "crs" not in whole:
-        frame.attrs[WHY] = "is GeoJSON without a reference system, so it is in"
+        frame.attrs[WHY] = "a GeoJSON without a reference system is in"
     return frame, ()
 
 
@@ -187,8 +187,8 @@ def _unpacked(file: Path, folder: Path) -> Path:
             if len(maps) != 1:
                 names = ", ".join(map(repr, maps[:10])) or "none"
                 raise refusal(file, f"holds {plural(len(maps), 'map')}, not one: {names}")
-            if (size := sum(member.file_size for member in inside.values())) > LARGEST:
-                most = f"the {figure(LARGEST / 1e6)} MB that are unpacked"
+            if (size := sum(member.file_size for member in inside.values())) > LARGEST_MAP:
+                most = f"the {figure(LARGEST_MAP / 1e6)} MB that are unpacked"
                 raise refusal(file, f"holds {fixed(size / 1e6, 0)} MB, more than {most}")
             for name, member in inside.items():
                 if not member.is_dir():
@@ -241,8 +241,9 @@ def placed(file: Path, frame: Any, system: pyproj.CRS | None) -> Any:
     if system is None or _same(frame.crs, system):
         return frame
     if frame.crs is not None:
-        words = f"{label(file)} {frame.attrs.get(WHY, 'states')} {frame.crs.to_string()}"
-        raise InputError([Fault("crs", shown(system.to_string()), words)])
+        why = frame.attrs.get(WHY, "the file states")
+        words = f"must be {frame.crs.to_string()}, which {why}"
+        raise InputError([Fault("crs", shown(system.to_string()), words, label(file))])
     return frame.set_crs(system)
 
 

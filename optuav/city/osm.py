@@ -16,7 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 from optuav.mission.files import read_text, refusal
 from optuav.mission.formats import HEAD, named
-from optuav.mission.maps import LARGEST, UNREADABLE
+from optuav.mission.maps import LARGEST_MAP, UNREADABLE
 from optuav.mission.messages import plural
 
 Element = Mapping[str, Any]
@@ -26,7 +26,7 @@ NO_GEOMETRY = "is Overpass JSON without geometry: add `out geom` to the query"
 
 def of_xml(file: Path) -> Iterator[Element]:
     """The elements of a .osm file, in the form of Overpass JSON."""
-    text = read_text(file, LARGEST)
+    text = read_text(file, LARGEST_MAP)
     if not re.search(r"<osm\b", text[:HEAD]):
         what = named(text[:HEAD].encode())
         raise refusal(file, f"is {what.words}" if what else "is not OpenStreetMap's XML")

@@ -18,9 +18,9 @@ from optuav.city.building_parts import built, in_place_of_outlines, underground
 from optuav.city.city import ON_EARTH, City, on_earth
 from optuav.city.cityjson import FARTHEST
 from optuav.city.files import checked_table, features_of, placed, system_of
+from optuav.city.height_questions import in_feet, not_asked, nowhere, unknown_heights
 from optuav.city.heights import OF_OPENSTREETMAP, heights, remarks_on
 from optuav.city.outlines import mended, parts_of
-from optuav.city.questions import in_feet, not_asked, nowhere, unknown_heights
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.fields import MOST_CORNERS, Range
 from optuav.mission.earth import DEGREES, plane

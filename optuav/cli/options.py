@@ -134,9 +134,9 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
             given[key] = record(**{field: given.pop(field) for field in own_fields[key]})
         context = copy_context()
         if force is not None:  # else nothing is written
-            from optuav.mission.files import only_ours
+            from optuav.mission.files import keep_foreign_files
 
-            context.run(only_ours.set, not force)
+            context.run(keep_foreign_files.set, not force)
             if "force" in parameters:
                 given["force"] = force
         context.run(function, **given)
@@ -307,6 +307,13 @@ def by_flags(fault: Fault, flags: Mapping[str, str], names: str = r"\w+_\w+") ->
     """The fault with options in place of the library's names of them, which a pattern finds."""
     words = re.sub(names, lambda found: flags.get(found[0], found[0]), fault.allowed)
     return replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
+
+
+def number_or_text(text: str | None) -> float | str | None:
+    """The number that an option states, or its text, which the library refuses with its range."""
+    with suppress(ValueError):
+        return None if text is None else decimal(text)
+    return text
 
 
 def numbers_in(text: str) -> tuple[float, ...]:

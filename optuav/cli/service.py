@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import optuav
-from optuav.cli.options import numbers_in
+from optuav.cli.options import number_or_text, numbers_in
 from optuav.cli.output import progress, say
 from optuav.cli.study_options import StudyOptions
-from optuav.errors import Fault, NoPlanError, collected, refuse
+from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.options import Perspective
 from optuav.presentation.numbers import figure, percent, typed
 
 if TYPE_CHECKING:
+    from optuav.mission import Mission
     from optuav.service.cycle import Coverage
     from optuav.studies.results import Result
 
@@ -33,7 +35,7 @@ def coverage(
     horizon_hours: float | None = None,
     flights: Path | None = None,
     start: str | None = None,
-    climb_m: float | None = None,
+    climb_m: str | None = None,
     *,
     out: StudyOptions,
 ) -> None:
@@ -48,7 +50,8 @@ def coverage(
     faults = [*_faults_of_hours(horizon_hours, hours, drones, fleet=fleet)]
     faults += faults_of_fleet(share, overlap_s)
     of_event = {"separation_m": separation_m, "flights": flights}
-    faults += [*_goes_with("hours", hours, of_event), *_faults_of_files(flights, start, climb_m)]
+    height_m: Any = number_or_text(climb_m)
+    faults += [*_goes_with("hours", hours, of_event), *_faults_of_files(flights, start, height_m)]
     apart_m: tuple[float, ...] | None = None
     if separation_m is not None and hours is not None:
         from optuav.service.cycle import step_of
@@ -56,8 +59,11 @@ def coverage(
         with collected(faults):
             apart_m = step_of(_separation(separation_m))
     with collected(faults):
+        changed = out.mission(mission)
+        if flights is not None:
+            faults += _faults_of_place(changed)
         cycle = optuav.coverage(
-            out.mission(mission),
+            changed,
             perspective=perspective,
             swap_s=swap_s,
             lit_hover=not dark_hover,
@@ -66,10 +72,7 @@ def coverage(
     refuse(faults)
     notes: tuple[str, ...] = ()
     if flights is not None:
-        from optuav.plan.export import system_on_earth
         from optuav.service.flights import save_flights
-
-        system_on_earth(cycle.mission)  # Refused before the work
     results: Result = cycle.fleet(share, overlap_s) if fleet else cycle
     if horizon_hours is not None:
         results = cycle.horizon(horizon_hours)
@@ -84,7 +87,7 @@ def coverage(
             )
         if flights is not None:
             assert start is not None
-            notes = save_flights(event, flights, start, climb_m).notes
+            notes = save_flights(event, flights, start, height_m).notes
     figures, turns = dict[str, object](), list[str]()
     if drones is not None and hours is None:
         figures, turns = _turns(cycle, drones, share, overlap_s)
@@ -94,7 +97,7 @@ def coverage(
 
 
 def _faults_of_files(
-    flights: Path | None, start: str | None, climb_m: float | None
+    flights: Path | None, start: str | None, climb_m: float | str | None
 ) -> Iterator[Fault]:
     """Yield faults of options for files of flights."""
     yield from _goes_with("flights", flights, {"start": start, "climb_m": climb_m})
@@ -104,6 +107,17 @@ def _faults_of_files(
         from optuav.service.flights import faults_of_flights
 
         yield from faults_of_flights(start, climb_m)
+
+
+def _faults_of_place(mission: Mission | str) -> Iterator[Fault]:
+    """Yield that a mission has no place on Earth; one that does not load is refused elsewhere."""
+    from optuav.plan.export import system_on_earth
+
+    with suppress(InputError):
+        loaded, faults = optuav.load(mission), list[Fault]()
+        with collected(faults):
+            system_on_earth(loaded)
+        yield from faults
 
 
 def _separation(text: str) -> float | str | Sequence[float]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, by_flags, is_plan
+from optuav.cli.options import ProblemOptions, SolveOptions, by_flags, is_plan, number_or_text
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, collected, refuse
 from optuav.options import Perspective
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.plan import Plan
 
-COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
+OTHER_PERSPECTIVE: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 PRINTED = {".txt": "text", ".tex": "latex"}
 """Printed forms of a problem, by the suffixes of their files."""
@@ -105,9 +105,9 @@ def _leave(plan: Plan) -> None:
 
 def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
     """The plan of the same problem in the perspective that pictures compare with; or none."""
-    if not plan or plan.perspective not in COMPARED or plan.mission.battery.takes_turns:
+    if not plan or plan.perspective not in OTHER_PERSPECTIVE or plan.mission.battery.takes_turns:
         return []
-    perspective = COMPARED[plan.perspective]
+    perspective = OTHER_PERSPECTIVE[plan.perspective]
     other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
     return [other] if other else []
 
@@ -122,23 +122,18 @@ def explain(
     the answer is not proved.
     """
     from optuav.solving.more_stops import MORE_STOPS
-    from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
     if is_plan(mission, [*(name for name, _ in changed), *(["set"] if settings else [])]):
-        from optuav.diagnosis.explain import saved_plan
+        from optuav.diagnosis.explain import problem_of_plan, saved_plan
 
         plan = saved_plan(mission)
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:
-            fields = {
-                name: getattr(plan, name)
-                for name in ("trajectory", "building", "order", "device_order")
-            }
             perspective: Any = plan.perspective
-            problem = problem_of(plan.problem, **fields, **more)
+            problem = problem_of_plan(plan, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
         asked_mission, problem, options = asked.question(mission, settings)
@@ -171,7 +166,12 @@ def audit(
             subject_of(plan, drone)
         else:
             judged = optuav.audit(plan, drone)
-    refuse(by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission") for fault in faults)
+    refuse(
+        fault  # A key of a file
+        if fault.key and fault.source
+        else by_flags(fault, {"mission": "--mission"}, r"(?<=by )mission")
+        for fault in faults
+    )
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:
         from optuav import plots
@@ -182,7 +182,7 @@ def audit(
         raise typer.Exit(NO)
 
 
-def export(plan: str, file: Path, climb_m: float | None = None, force: bool = False) -> None:
+def export(plan: str, file: Path, climb_m: str | None = None, force: bool = False) -> None:
     """Export a saved plan to files for maps or autopilots.
 
     A plan with rests becomes one .plan or .waypoints file per flight. Exit code 1 if there is no
@@ -192,14 +192,15 @@ def export(plan: str, file: Path, climb_m: float | None = None, force: bool = Fa
     from optuav.plan.export import SUFFIXES, climb_faults, exported
 
     faults, saved = list[Fault](), None
+    height_m: Any = number_or_text(climb_m)
     with collected(faults):
-        faults += climb_faults(climb_m, ending_of(file, *SUFFIXES, name="FILE"))
+        faults += climb_faults(height_m, ending_of(file, *SUFFIXES, name="FILE"))
     with collected(faults):
         saved = optuav.load_plan(plan)
     refuse(faults)
     assert saved is not None
     try:
-        files, notes = exported(saved, file, climb_m=climb_m, force=force)
+        files, notes = exported(saved, file, climb_m=height_m, force=force)
     except NoPlanError as error:
         say(f"{error}")
         raise typer.Exit(NO) from None

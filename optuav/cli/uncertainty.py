@@ -60,7 +60,7 @@ def robust(
 
     Exit code 1 if no plan holds in the whole box, or in the share --chance of it.
     """
-    from optuav.service.box import stated_ranges
+    from optuav.service.uncertainty_box import stated_ranges
     from optuav.solving.question import problem_of
 
     faults, stated_problem = list[Fault](), None

@@ -222,6 +222,12 @@ def _refuse_options(
         raise InputError(f"{given}: {words}; explain its mission to change them")
 
 
+def problem_of_plan(plan: Plan, **fields: Any) -> Formulation:
+    """The problem that a plan answers, with further fields, None for their defaults."""
+    names = "trajectory", "building", "order", "device_order"
+    return problem_of(plan.problem, **{name: getattr(plan, name) for name in names}, **fields)
+
+
 def _of_plan(plan: Plan) -> dict[str, Any]:
     """Problem, perspective, slots and engine of a plan."""
     if plan.has_several_stops:
@@ -234,13 +240,9 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
     if plan.engine not in ("", SIMULATION, *engine_names()):
         words = "register it, or explain the mission with engine="
         raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")
-    fields = {
-        name: getattr(plan, name) for name in ("trajectory", "building", "order", "device_order")
-    }
     sought = any(phase.speeds_m_s for phase in plan.phases)
-    fields |= {"speed": "free"} if sought else {}
     return {
-        "problem": problem_of(plan.problem, **fields),
+        "problem": problem_of_plan(plan, speed="free" if sought else None),
         "perspective": plan.perspective,
         "slot_s": plan.slot_s,
         # Packs that take turns are simulated, and speeds sought, by no engine that can be named.
@@ -311,7 +313,7 @@ def _rest_between(question: MissionQuestion, plan: Plan) -> Iterator[str]:
     for order in ORDERS:  # Either of them has the direct routes of P1 too
         options = vars(replace(question_of_plan, problem=replace(problem, order=order)))
         other = solve(question.mission, graph=question.graph, **options)
-        times_s += [other.hover_time_s] * bool(other)
+        times_s += [other.hover_time_s] if other else []
     before, after = stays[number - 1].at, stays[number + 1].at
     where = f"the rest lies between the hovers over {before} and {after}"
     if not times_s:

@@ -47,7 +47,7 @@ GIVEN = "link.noise_power_W"  # Nobody can change the noise: it comes last
 WANTED = {"hover_time_s": "s"}
 """Options of the paper's problems that may be changed, with their units."""
 LARGEST_FACTOR = 1e3  # Largest change that is tried, as a factor
-NEAR = 0.1
+CLOSE_ENOUGH = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
 NEGLIGIBLE = 1e-9  # Share of a change that is as good as none
 MOST_DIGITS = 8  # Digits that a small change may have; engines tell no smaller ones apart
@@ -318,7 +318,7 @@ def _edge(
         far = bad * good > 0.0 and max(abs(bad), abs(good)) > 4.0 * min(abs(bad), abs(good))
         # The geometric mean of values far apart, the arithmetic mean of others.
         middle = math.copysign(math.sqrt(bad * good), bad) if far else 0.5 * (bad + good)
-        if abs(good - bad) <= NEAR * size or middle in (bad, good):
+        if abs(good - bad) <= CLOSE_ENOUGH * size or middle in (bad, good):
             break
         (repairs,) = yield [middle]
         bad, good = (bad, middle) if repairs else (middle, good)

@@ -32,7 +32,9 @@ NO_REPAIR = (
 NONE_BETTER = "on this route no point that satisfies all of these is better:"
 ONE_OF = "one of these holds:"
 NOT_TRIED = "each is a single change; places were not moved"
-IN_SLOTS = "where whole slots have to add up to a time exactly, values between those tried may do"
+BETWEEN_SLOTS = (
+    "where whole slots have to add up to a time exactly, values between those tried may do"
+)
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def _no_plan(explained: Explanation) -> Iterator[Block]:
         below = [f"and {more} more", NOT_TRIED] if more else [NOT_TRIED]
         yield Table((), rows, words=2, label="Feasible if", above=ONE_OF, below=below)
     elif explained.conflicts or plan.proof == "physics":
-        words = NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}"
+        words = NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {BETWEEN_SLOTS}"
         yield Facts([("Repairs", words)])
     for conflict in explained.conflicts:
         yield from conflict_blocks(conflict, plan.slot_s)

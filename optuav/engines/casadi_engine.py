@@ -54,7 +54,7 @@ OPTIONS: Mapping[str, Operand] = {
     "ipopt.diverging_iterates_tol": 1e8,
 }
 LATE = f"{NAME} did not finish within the time limit"
-EQUAL = 1e-10
+LOSS_TO_LATER_GOALS = 1e-10
 """Loss of a goal that later ones may use up, as a share of its value, or of a second's worth."""
 ACCURACY = 1e-10  # What IPOPT asks of optimality, scaled, unless a caller is content with less
 ITERATIONS = 3000
@@ -301,7 +301,9 @@ class CasadiProgramme:
 
     def _equal(self, goal: Operand, value: float, at: Values) -> float:
         """Difference to a value of a goal that counts as none."""
-        return EQUAL * max(float(change_by_step(goal, self.model.variables, at)), abs(value))
+        return LOSS_TO_LATER_GOALS * max(
+            float(change_by_step(goal, self.model.variables, at)), abs(value)
+        )
 
     def _reached(
         self, scaled: Scaled, start: Floats, floors: Sequence[float] = ()

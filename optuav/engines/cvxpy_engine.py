@@ -32,9 +32,9 @@ from optuav.presentation.numbers import figure
 from optuav.status import Status
 
 NAME = "cvxpy"
-EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
+LOSS_TO_LATER_GOALS = 1e-11  # Relative loss of the objective that the preferences may use up
 TIGHT = 1e-7  # Relative slack below which a row counts as holding with equality
-GAP = 1e-7
+UNPROVED_GAP = 1e-7
 """Relative gap between an answer and the bound on all others above which it counts as unproved."""
 SETTINGS: Mapping[str, Values] = {
     "HIGHS": {"mip_rel_gap": 0.0}
@@ -209,7 +209,7 @@ class CvxpyProgramme:
         excess = float(((a @ x - b) / np.maximum(1.0, np.abs(b))).max(initial=0.0))
         best = float(c @ x)
         more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))
-        if excess > GAP or more > GAP * max(1.0, abs(best)):
+        if excess > UNPROVED_GAP or more > UNPROVED_GAP * max(1.0, abs(best)):
             raise SolverError(
                 f"{NAME} with {self.solver} says {words}, but its answer violates a row by a share "
                 f"of {figure(excess, 2)} and may be {figure(max(0.0, more), 2)} short of the best"
@@ -220,7 +220,10 @@ class CvxpyProgramme:
         kept, floors = np.zeros(self.kept.shape), np.zeros(self.floors.shape)
         for number, goal in enumerate(goals[1:]):
             reached = float(goals[number] @ x)
-            kept[number], floors[number] = goals[number], reached - EQUAL * max(1.0, abs(reached))
+            kept[number], floors[number] = (
+                goals[number],
+                reached - LOSS_TO_LATER_GOALS * max(1.0, abs(reached)),
+            )
             self.kept.save_value(kept.copy())
             self.floors.save_value(floors.copy())
             self.c.save_value(goal)

@@ -41,7 +41,7 @@ CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""
 MOST_SLOTS = 1 << 24  # Slots of one unknown, so that they fit in memory
 MOST_CELLS = 10**11  # Cells tried without a time limit: some hours at most for a route
-EQUAL = 1e-9
+TIED_VALUES = 1e-9
 """Difference of two equal values of a goal, as a share of the value, or of a second's worth."""
 
 
@@ -178,7 +178,7 @@ def _best_cell(
             here = {**parameters, **cell(tuple(index[first] for index in where))}
             scores.append(float(reached[first]))
             second = float(change_by_step(tree, model.variables, here))
-            ties.append(EQUAL * max(second, abs(scores[-1])))
+            ties.append(TIED_VALUES * max(second, abs(scores[-1])))
             where = tuple(index[reached >= scores[-1] - ties[-1]] for index in where)
         if len(scores) < len(goals):
             continue

@@ -19,7 +19,7 @@ from optuav.modelling.forms import Affine, NotAffineError, affine, excess
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
 
-WHOLE = 1e-9  # Relative, on the number of slots that fit
+SLOTS_ROUNDING = 1e-9  # Relative, on the number of slots that fit
 TYPICAL = 1000.0  # Reach of an unknown without a bound
 LEAST = 1e-3
 """Least reach for scaling an unknown, if the constraints leave it next to no room."""
@@ -133,7 +133,7 @@ def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
     """Number of the last slot up to a bound; with `begun`, the one that the bound cuts short."""
     slots = bound_s / slot_s
     nearest = round(slots)
-    if abs(slots - nearest) <= WHOLE * max(1.0, abs(slots)):
+    if abs(slots - nearest) <= SLOTS_ROUNDING * max(1.0, abs(slots)):
         return nearest
     return math.ceil(slots) if begun and slots > 0.0 else math.floor(slots)
 

@@ -29,7 +29,7 @@ SETTINGS: Mapping[str, Values] = {
     "ipopt": {"tol": 1e-10, "constr_viol_tol": 1e-11, "bound_relax_factor": 0.0},
 }
 """Options of solvers whose defaults are too coarse for seconds."""
-EQUAL = 1e-11
+LOSS_TO_LATER_GOALS = 1e-11
 """Loss of a goal that later ones may use up, as a share of its value, or of a second's worth."""
 STATIONARY = 1e-6
 """Largest residual of an answer that meets the conditions of optimality, in a second's worth."""
@@ -144,7 +144,7 @@ class Pyomo(OneByOne):
                 break
             sign, reached = 1.0 if goal.is_minimizing() else -1.0, library().value(made.sought)
             loss = sign * (made.sought.expr - reached)
-            made.kept.add(loss <= EQUAL * max(1.0, abs(reached)))
+            made.kept.add(loss <= LOSS_TO_LATER_GOALS * max(1.0, abs(reached)))
         if (word := words[0]) not in ANSWERED:
             # A local solver proves no infeasibility.
             meanings = FOUND if linear or word != "infeasible" else {}

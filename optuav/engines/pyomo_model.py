@@ -29,7 +29,7 @@ FORMULAS: Mapping[Any, Callable[..., Any]] = {
     np.minimum: lambda a, b: 0.5 * (a + b - abs(a - b)),
 }
 """Functions that NumPy leaves to its operands, and functions missing from formats of solvers."""
-COMPARED = {"<=": operator.le, ">=": operator.ge, "==": operator.eq}
+RELATIONS = {"<=": operator.le, ">=": operator.ge, "==": operator.eq}
 
 
 def library() -> Any:
@@ -106,7 +106,7 @@ def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
     for row in model.constraints:
         if has_unknowns(*row.relation.sides):
             sides = (tree(row.label, side) for side in row.relation.sides)
-            made.constraints[str(row.label)] = COMPARED[row.relation.sense](*sides)
+            made.constraints[str(row.label)] = RELATIONS[row.relation.sense](*sides)
     sense = pyo.maximize if model.sense == "maximise" else pyo.minimize
     made.objective = pyo.Objective(expr=tree("objective", model.objective), sense=sense)
     made.preferences = pyo.ObjectiveList()

@@ -153,7 +153,7 @@ class Section(NamedTuple):
         return np.where(np.isfinite(best_y), best_y, np.nan)
 
 
-WHOLE = (1.0,)  # The only share of a time that phases take whole
+WHOLE_TIME = (1.0,)  # The only share of a time that phases take whole
 
 
 class Rows(NamedTuple):
@@ -167,7 +167,7 @@ class Rows(NamedTuple):
     weights: Floats  # (4 + 2 shares, row, programme)
     rate_x_per_s: Floats
     rate_y_per_s: Floats
-    shares: tuple[float, ...] = WHOLE
+    shares: tuple[float, ...] = WHOLE_TIME
 
     @property
     def tables(self) -> tuple[Floats, Floats, Floats]:
@@ -296,7 +296,7 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
                 raise NotExponentialError(f"{name} levels out at two rates")
     x, y = (*names, "")[:2]
     shares = shares_of(stated, x)
-    if y and shares_of(stated, y) != WHOLE:
+    if y and shares_of(stated, y) != WHOLE_TIME:
         raise NotExponentialError(f"phases take shares of {y}, and not of {x}")
     own_rates = (rates.get(name, 0.0) for name in (x, y))
     kx, ky = (np.full(reach_s.shape, np.where(k == 0.0, TINY, k)) for k in own_rates)
@@ -335,7 +335,7 @@ def shares_of(stated: Sequence[StatedForm], name: str) -> tuple[float, ...]:
         for factor, kind in monomial
         if factor == name and kind != "time"
     }
-    return tuple(sorted(shares)) or WHOLE
+    return tuple(sorted(shares)) or WHOLE_TIME
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:

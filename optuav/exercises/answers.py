@@ -21,7 +21,7 @@ from optuav.presentation.numbers import figure
 
 Read = TypeVar("Read")
 
-LARGEST = 300  # Power of ten from which on a decimal is refused
+LARGEST_POWER_OF_TEN = 300  # Power of ten from which on a decimal is refused
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
 STOP = '("b1", "rest", 100.0)'
 
@@ -30,7 +30,11 @@ def number_of(value: object) -> object:
     """Return a number in the types of `numbers` if it is an array of one number or a decimal."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         return value.item()
-    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) < LARGEST:
+    if (
+        isinstance(value, Decimal)
+        and value.is_finite()
+        and abs(value.adjusted()) < LARGEST_POWER_OF_TEN
+    ):
         return Fraction(value)
     return value
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from optuav.modelling import Model
 from optuav.modelling.expression import Operand
+from optuav.presentation.numbers import figure, in_format
 
 UNKNOWNS = {
     **{"Δ": ("hover_time_s", "s"), "T'": ("rest_time_s", "s"), "λ": ("by_way", "1")},
@@ -26,7 +27,9 @@ def filled(text: str, numbers: Mapping[str, Any]) -> str:
 
 
 def _figure(value: float | str, form: str | None) -> str:
-    return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
+    if isinstance(value, str):
+        return value
+    return in_format(value, form) if form else figure(value, 10)
 
 
 def linear(numbers: Mapping[str, Any], lines: Sequence[str], *, binary: str = "") -> Model:

@@ -8,7 +8,7 @@ from optuav.judge import Itinerary, audit
 from optuav.presentation.numbers import figure, percent, seconds, significant
 
 ROUNDED = 0.01  # Relative distance from the truth that rounding may explain
-NEAR = 0.1  # Relative distance from a usual mistake that counts as this mistake
+NEAR_MISTAKE = 0.1  # Relative distance from a usual mistake that counts as this mistake
 FACTORS = {100.0: "a factor of 100", 1000.0: "a factor of 1000"}
 FACTORS_OF_UNITS = {
     "s": {60.0: "minutes for seconds", 3600.0: "hours for seconds"},
@@ -33,7 +33,7 @@ def equals(
     """Yield whether a figure is the true one, within an amount; usual mistakes have own hints."""
     right = is_close(value, truth, within)
     for mistake, words in mistakes:
-        made = is_close(value, mistake, min(within, NEAR * abs(mistake)))
+        made = is_close(value, mistake, min(within, NEAR_MISTAKE * abs(mistake)))
         yield Condition(right or not made, "a common mistake", words)
     words, reason = _missed(value, truth, within, unit)
     yield Condition(right, words, reason or hint)

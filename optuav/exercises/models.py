@@ -106,12 +106,12 @@ def _haze(task: Task, visibility_km: float) -> Conditions:
     - The plan never charges from the laser, so that it does not need the light at all.
       what is the current of its rest?
     """
-    source, battery = task.mission.to_dict()["laser"], task.mission.battery
+    source = task.mission.to_dict()["laser"]
     apart_m = np.linalg.norm(vehicle.hover_point_m(task.mission) - np.array(source["position_m"]))
     alpha = laser.attenuation(source["wavelength_nm"], visibility_km)
     fits = Fits.of(task.mission).conversion
     power_W = float(laser.received_power(fits, task["laser.power_W"], alpha, apart_m, np.inf))
-    cap_W = battery.charge_current_A * battery.nominal_voltage_V
+    cap_W = vehicle.charging_limit_W(task.mission)
     hint = "the cap is charge current times nominal voltage"
     yield within("the received power", power_W, cap_W, 0.005 * cap_W, "W", hint)
 

@@ -9,6 +9,7 @@ import numpy as np
 from optuav.diagnosis.in_words import sentence
 from optuav.errors import InputError, NoPlanError
 from optuav.laser.beam import SpreadingBeam
+from optuav.network import vehicle
 from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.plan.display import rounded_up
@@ -100,7 +101,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     roof = building or _rests_at(plan) or cycle.building
     cycle = _cycle_on(cycle, roof)
     fleet = cycle.fleet()
-    most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    most_W = vehicle.charging_limit_W(mission)
     end_h = rounded_up(TURNS_DRAWN * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W, roof)]

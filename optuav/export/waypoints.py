@@ -61,11 +61,12 @@ def plan(
     climb_m: float,
     altitude_m: float,
     notes: Sequence[str],
-    start: Mapping[str, float] | None,
+    judged_with: Mapping[str, object],
 ) -> str:
     """The mission as a plan of QGroundControl (its file format, version 1).
 
-    QGroundControl skips notes, and the charge of a battery that is not full at the start.
+    QGroundControl skips notes, and the values that the flight was judged with, by their keys in a
+    mission.
     """
     listed = []
     for number, (command, parameters, position, height_m) in enumerate(
@@ -90,7 +91,7 @@ def plan(
         "version": 1,
         "groundStation": "optuav",
         "notes": notes,
-        **({} if start is None else {"start": start}),
+        "judged_with": judged_with,
         "geoFence": {"circles": [], "polygons": [], "version": 2},
         "rallyPoints": {"points": [], "version": 2},
         "mission": {

@@ -37,8 +37,8 @@ BENDING = ("clearance_m", "max_altitude_m")
 
 def wind_sliders(key: str, symbol: str, unit: str, most: float) -> Iterator[Slider]:
     """The level components of a wind, up to a strength."""
-    for axis, towards in enumerate(("eastward", "northward")):
-        words = f"Wind, {towards}", f"{symbol}_{'xy'[axis]}", unit
+    for axis, direction in enumerate(("eastward", "northward")):
+        words = f"Wind, {direction}", f"{symbol}_{'xy'[axis]}", unit
         yield Slider(key, axis, *words, -most, most)
 
 
@@ -83,9 +83,10 @@ class FlightModel(MadeOfTables, ABC):
         import numpy as np
 
         some_m = np.array([[100.0, 200.0]])
-        self.hover()
-        self.rest()
-        self.leg((some_m, some_m, some_m))
+        flight = physics.flight
+        self._expect("hover", self.hover(), flight.Flow, "a Flow")
+        self._expect("rest", self.rest(), flight.Flow, "a Flow")
+        self._expect("leg", self.leg((some_m, some_m, some_m)), flight.Loads, "Loads")
 
     @abstractmethod
     def leg(self, way_m: Vector) -> Loads:

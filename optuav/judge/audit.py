@@ -9,7 +9,6 @@ from typing import Any, TypeGuard
 from optuav.errors import Fault, InputError
 from optuav.fields import LARGEST
 from optuav.frames import DataFrame, frame
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.flight_plan import FlightPlan, Reached, is_flight, reached, read_flight
 from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
@@ -18,6 +17,7 @@ from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.plan import Plan
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings
 from optuav.plan.trace import FlightEvent
@@ -169,7 +169,9 @@ def subject_of(
 ) -> tuple[str, Plan | Itinerary, Mapping[str, Any]]:
     """The name of what is audited, its plan or itinerary, and the data of a plan's file."""
     if mission is not None:
-        if not isinstance(plan, str | Path) or Path(plan).suffix.lower() in ("", ".json", ".toml"):
+        if not isinstance(plan, str | Path) or (
+            Path(plan).suffix.lower() in ("", ".json", ".toml") and not is_flight(plan)
+        ):
             words = "goes with a flight plan only: a .plan, .waypoints or .kml, or QGC WPL text"
             raise InputError([Fault("mission", shown(mission), words)])
         return (*read_flight(plan, mission), {})
@@ -223,7 +225,7 @@ def _margin(judged: Audit, along: Sequence[Reached]) -> Iterator[tuple[str, str]
 
 
 def _items(judged: Audit) -> Iterator[Block]:
-    """The items of a flight plan as a table, and what is not flown as it says."""
+    """The items of a flight plan as a table, and what the verdict assumes."""
     if not (along := _along(judged)):
         return
     assert isinstance(judged.subject, FlightPlan)
@@ -239,7 +241,7 @@ def _items(judged: Audit) -> Iterator[Block]:
     below = [f"and {left_out} more before the last"] if left_out else []
     yield Table(heads, rows, words=2, last=2, longest=30, below=below)
     if judged.subject.notes:
-        yield Heading("Not as the plan says")
+        yield Heading("Notes")
         yield Note([*judged.subject.notes])
 
 

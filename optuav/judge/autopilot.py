@@ -15,8 +15,10 @@ from typing import Any, NamedTuple
 from optuav.errors import Fault, InputError, collected, decimal, refuse
 from optuav.judge.kml_path import kml_flight
 from optuav.judge.mavlink import (
+    KINDS,
     NO_ITEMS,
     NOWHERE,
+    REFUSED,
     SPEED_WORDS,
     TERRAIN,
     MavlinkItem,
@@ -37,6 +39,8 @@ CALCULATED_OVER_TERRAIN = 3  # QGroundControl's mode of heights that it computes
 def flight_of(file: Path) -> StatedFlight:
     """The flight in a file, by its content; refused with every item that is not simple."""
     text, source = read_text(file, LARGEST), label(file)
+    if not text.strip():
+        raise refusal(file, "is empty")
     if (version := re.match(r"\s*QGC WPL\s*(\S*)", text)) is not None:
         if version[1] != "110":
             words = f"is a text of waypoints of version {version[1] or 'unknown'}"
@@ -72,9 +76,13 @@ def flight_of(file: Path) -> StatedFlight:
             speed_m_s = float(_value(mission, "hoverSpeed", SPEED, file, "mission."))
     with collected(faults):
         items = _value(mission, "items", LIST, file, "mission.")
-    _add_items(items, rows, notes, faults, file, "mission.items")
-    start = document.get("start") if document.get("groundStation") == "optuav" else None
-    return flight_of_items(file, home, rows, speed_m_s, notes, faults)._replace(start=start)
+    _add_items(items, rows, notes, faults, file)
+    judged_with = None
+    if document.get("groundStation") == "optuav" and "judged_with" in document:
+        with collected(faults):
+            judged_with = _value(document, "judged_with", TABLE, file)
+    flight = flight_of_items(file, home, rows, speed_m_s, notes, faults)
+    return flight._replace(judged_with=judged_with)
 
 
 class ItemForm(NamedTuple):
@@ -128,50 +136,50 @@ def _add_items(
     notes: list[str],
     faults: list[Fault],
     file: Path,
-    key: str,
     before: str = "",
 ) -> None:
     """Add simple items to rows, and those that patterns carry; and the faults of all others."""
     for number, item in enumerate(items):
-        name, at = f"item {before}{number + 1}", f"{key}[{number}]"
+        name = f"item {before}{number + 1}"
         with collected(faults):
             if not isinstance(item, dict):
-                raise InputError([Fault(at, _as_stated(item), TABLE.words, label(file))])
-            if _value(item, "type", TEXT, file, f"{at}.") == "SimpleItem":
-                rows.append(_simple(item, name, file, at))
+                raise InputError([Fault(name, _as_stated(item), TABLE.words, label(file))])
+            if _value(item, "type", TEXT, file, f"{name}, ") == "SimpleItem":
+                rows.append(_simple(item, name, file))
                 continue
             kind = str(item.get("complexItemType", "pattern"))
-            pattern = "TransectStyleComplexItem"
-            if pattern not in item or "Items" not in _value(item, pattern, TABLE, file, f"{at}."):
+            pattern, carried = "TransectStyleComplexItem", []
+            if pattern in item and "Items" in _value(item, pattern, TABLE, file, f"{name}, "):
+                carried = _value(item[pattern], "Items", LIST, file, f"{name}, {pattern}.")
+            others, wrong = len(rows), len(faults)
+            _add_items(carried, rows, notes, faults, file, f"{before}{number + 1}.")
+            if {row.command for row in rows[others:]} & {*KINDS, *REFUSED, NO_ITEMS}:
+                words = f"is flown by the {len(carried)} items that it carries"
+                notes.append(f"{name} ({kind}) {words}")
+            elif len(faults) == wrong:
                 rows.append(MavlinkItem(f"{name} ({kind})", NO_ITEMS, NOWHERE, (math.nan,) * 7))
-                continue
-            carried = _value(item[pattern], "Items", LIST, file, f"{at}.{pattern}.")
-            notes.append(f"{name} ({kind}) is flown by the {len(carried)} items that it carries")
-            inside = f"{at}.{pattern}.Items"
-            _add_items(carried, rows, notes, faults, file, inside, f"{before}{number + 1}.")
 
 
-def _simple(item: Any, name: str, file: Path, at: str) -> MavlinkItem:
+def _simple(item: Any, name: str, file: Path) -> MavlinkItem:
     """A simple item; refused with all faults."""
     faults, frame, command = list[Fault](), NOWHERE, NO_ITEMS
     numbers: tuple[float, ...] = (math.nan,) * 7
     with collected(faults):
-        parameters = _value(item, "params", PARAMETERS, file, f"{at}.")
-        wrong = [n for n, x in enumerate(parameters) if not (x is None or _is_number(x))]
-        where = f"{at}.params"
+        parameters = _value(item, "params", PARAMETERS, file, f"{name}, ")
         refuse(
-            Fault(f"{where}[{n}]", shown(parameters[n]), "a number or null", label(file))
-            for n in wrong
+            Fault(f"{name}, param {n}", shown(value), "a number or null", label(file))
+            for n, value in enumerate(parameters, start=1)
+            if not (value is None or _is_number(value))
         )
         numbers = tuple(math.nan if value is None else float(value) for value in parameters)
     with collected(faults):
-        frame = int(_value({"frame": NOWHERE} | item, "frame", WHOLE, file, f"{at}."))
+        frame = int(_value({"frame": NOWHERE} | item, "frame", WHOLE, file, f"{name}, "))
     with collected(faults):
         if math.isnan(numbers[6]) and item.get("AltitudeMode") == CALCULATED_OVER_TERRAIN:
-            height_m = float(_value(item, "Altitude", NUMBER, file, f"{at}."))
+            height_m = float(_value(item, "Altitude", NUMBER, file, f"{name}, "))
             numbers, frame = (*numbers[:6], height_m), TERRAIN[0]
     with collected(faults):
-        command = int(_value(item, "command", WHOLE, file, f"{at}."))
+        command = int(_value(item, "command", WHOLE, file, f"{name}, "))
     refuse(faults)
     return MavlinkItem(name, command, frame, numbers)
 

@@ -8,13 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Replay, replay, same, short_of
 from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
 from optuav.mission.files import parse_json, read_text
 from optuav.network.places import ENDS
 from optuav.plan import Stop
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.plan import LARGEST_BYTES
 from optuav.presentation.numbers import figure, seconds
 

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.replay import Judged, Replay, replay
+from optuav.mission.messages import plural
 from optuav.plan import Plan
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.trace import FlightEvent
 from optuav.presentation.blocks import Block, Heading
 from optuav.presentation.numbers import figure, fixed, seconds
@@ -22,23 +23,26 @@ Interval = tuple[float, float]
 class FleetReplay(Judged):
     """A fleet that was simulated."""
 
+    drones: int
     courses: tuple[Replay, ...]  # Between exchanges of packs; equal ones are simulated once
     longest_gap_s: float  # With fewer hovering drones than requested
     events: tuple[FlightEvent, ...]  # Faults, in order of time
 
     def blocks(self) -> Iterator[Block]:
         """Yield the verdict and the events."""
-        yield Heading(f"{self.verdict}: {len(self.courses)} courses", good=self.flyable)
+        every = "all " if self.flyable and self.drones > 1 else ""
+        yield Heading(f"{self.verdict}: {every}{plural(self.drones, 'drone')}", good=self.flyable)
         yield from self.event_blocks()
 
     def __repr__(self) -> str:
-        return f"<FleetReplay of {len(self.courses)} courses: {self.verdict}>"
+        return f"<FleetReplay of {plural(self.drones, 'drone')}: {self.verdict}>"
 
 
 def replay_fleet(
     plans: Sequence[Plan],
     offsets_s: Sequence[float],
     *,
+    drones: int,
     share: float,
     until_s: float,
     places: int,
@@ -95,7 +99,7 @@ def replay_fleet(
     if beams is not None and most > beams:
         events.append(FlightEvent("beam", at_s, f"{most} drones are lit by {beams} beams"))
     events.sort(key=lambda event: event.time_s)
-    return FleetReplay(courses, gap_s, tuple(events))
+    return FleetReplay(drones, courses, gap_s, tuple(events))
 
 
 def _too_close(

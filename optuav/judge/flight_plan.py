@@ -6,12 +6,13 @@ waypoint without a stop.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,16 +20,19 @@ from optuav.errors import Fault, InputError, collected, refuse, require
 from optuav.fields import COORDINATE
 from optuav.flight.model import CruisingModel, FlightModel
 from optuav.judge.autopilot import SUFFIXES, flight_of
-from optuav.judge.course import JUDGE_TOLERANCE, Course
 from optuav.judge.stated_flight import StatedFlight, StatedStep
 from optuav.judge.timeline import DURATION, Itinerary, Move, Point, SimulatedPhase, phases, places
+from optuav.judge.wells_along import Course
 from optuav.mission import Mission, load
 from optuav.mission.earth import DEGREES, plane, stated_system, system_in_metres
 from optuav.mission.files import label, refusal
-from optuav.mission.messages import path_of, shown
+from optuav.mission.formats import HEAD, named
+from optuav.mission.keys import stated_value
+from optuav.mission.messages import first_ten, path_of, shown
 from optuav.network.obstacles import CLEAR
 from optuav.physics.kibam import Stage, step
 from optuav.plan import Stop
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.export import altitude_m_of
 from optuav.presentation.numbers import fixed, typed
 
@@ -40,6 +44,9 @@ ROOFS = 3  # nearest roofs that are tried from a place
 CHARGING = ("charge_current_A", "charge_power_W")  # keys of [flight] that a laser goes with
 MILLIMETRE = 3  # decimals of places [m]
 ROUNDING_m = 0.01  # distance of a place from a roof that rounded degrees may make
+FAR_m = 5000.0  # from home to the nearest place of a mission that is not another's
+JUDGED_WITH = ("start", "limits.deadline_s", "battery.charging", "laser")
+"""Keys that a file of our own may state in place of the mission's; the laser only as left out."""
 DIGITS = 9  # decimals of heights [m], as a plan states them
 
 
@@ -138,8 +145,18 @@ def read_flight(stated: str | Path, mission: Mission | str | Path) -> tuple[str,
 
 
 def is_flight(stated: object) -> bool:
-    """Return whether a path has the suffix of a flight plan."""
-    return isinstance(stated, str | Path) and Path(stated).suffix.lower() in SUFFIXES
+    """Return whether a path has the suffix of a flight plan, or leads to the content of one."""
+    if not isinstance(stated, str | Path):
+        return False
+    file = Path(stated)
+    if file.suffix.lower() in SUFFIXES or not file.is_file():
+        return file.suffix.lower() in SUFFIXES
+    try:
+        with file.open("rb") as content:
+            what = named(content.read(HEAD))
+    except OSError:
+        return False
+    return what is not None and "optuav audit reads" in what.words
 
 
 class Goal(NamedTuple):
@@ -167,24 +184,37 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
             words = "the mission has no place on Earth: its buildings and its laser are left out"
             notes.append(words)
         system, drone = plane(flight.home), _without_places(drone)
-    drone = drone if flight.start is None else _started(drone, flight.start, file)
+    drone, said = _as_judged(drone, flight.judged_with, file)
+    notes += said
     ahead = pyproj.Transformer.from_crs(DEGREES, system_in_metres(system), always_xy=True)
     home = _home_m(flight, drone, ahead, altitude_m, file)
     point_m = partial(_point_m, flight, home, ahead, file)
+    faults = list[Fault]()
+    for target in flight.steps:
+        with collected(faults):
+            point_m(target, home)
+    refuse(faults)
     goals = [*_on_roofs([*_goals(flight, home, point_m, drone, file)])]
     mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
     notes += _doubts(flight, goals, home, mission)
+    notes += [] if stated_system(drone) is None else _far(home, drone)
     flown = [*_moves(goals, home, mission)]
+    notes += [] if flight.judged_with is not None else _lit(mission, flown)
     if not flown:
         raise refusal(file, "has no item that flies anywhere")
     return FlightPlan(mission, flown, notes, file.name)
 
 
 def _without_places(drone: Mission) -> Mission:
-    """A mission without its buildings, its laser and what goes with a laser."""
+    """A mission without its buildings and its laser."""
+    return _without_laser(drone.replace({"buildings": []}))
+
+
+def _without_laser(drone: Mission) -> Mission:
+    """A mission without its laser and what goes with a laser."""
     beam = [key for key in ("laser", "receiver") if getattr(drone, key) is not None]
     charging = [f"flight.{key}" for key in CHARGING if getattr(drone.flight, key, None)]
-    return drone.replace({"buildings": [], **dict.fromkeys([*beam, *charging])})
+    return drone.replace(dict.fromkeys([*beam, *charging]))
 
 
 def _home_m(
@@ -252,12 +282,61 @@ def _doubts(
         yield f"the plan ends in the air at {last.item}, without a landing"
 
 
-def _started(drone: Mission, start: Mapping[str, float], file: Path) -> Mission:
-    """The mission with the charge that a file states for the take-off."""
+def _as_judged(
+    drone: Mission, judged_with: Mapping[str, Any] | None, file: Path
+) -> tuple[Mission, list[str]]:
+    """The mission with the values that a file of our own was judged with, and what they change."""
+    stated, source = judged_with or {}, label(file)
+    faults = [
+        Fault(f"judged_with.{key}", "", f"is none of {', '.join(JUDGED_WITH)}", source)
+        for key in stated.keys() - {*JUDGED_WITH}
+    ]
+    if stated.get("laser") is not None:
+        faults.append(Fault("judged_with.laser", shown(stated["laser"]), "left out: null", source))
+    refuse(faults)
+    values = {key: value for key, value in stated.items() if key != "laser"}
     try:
-        return drone.replace({"start": start})
+        judged = drone.replace(values)
     except InputError as error:
-        raise InputError(replace(fault, source=label(file)) for fault in error.faults) from None
+        raise InputError(
+            replace(fault, key=f"judged_with.{fault.key}", source=source) for fault in error.faults
+        ) from None
+    dark = "laser" in stated and drone.laser is not None
+    changes = [
+        f"{key} = {json.dumps(values[key])}"
+        for key in values.keys() - {"start"}
+        if stated_value(judged, key) != stated_value(drone, key)
+    ]
+    changes += ["the charge at take-off"] * (judged.start != drone.start)
+    changes += ["no laser, as none lights the hover"] * dark
+    notes = list[str]()
+    if changes:
+        words = "judged as the file says, in place of the mission"
+        notes.append(f"{words}: {', '.join(sorted(changes))}")
+    if drone.start is None and "start" not in stated:
+        words = "the battery is assumed full at take-off"
+        notes.append(f"{words}: state another charge by [start] in the mission")
+    return _without_laser(judged) if dark else judged, notes
+
+
+def _far(home: Point, drone: Mission) -> Iterator[str]:
+    """Yield that home is far from every roof and from the ends of the mission's route."""
+    route = drone.route
+    places_m = np.array([route.origin_m, route.destination_m, *drone.buildings.roof_m.tolist()])
+    away_m = float(np.hypot(*(places_m[:, :2] - home[:2]).T).min())
+    if away_m > FAR_m:
+        words = f"{fixed(away_m / 1000.0, 1)} km away from the nearest place of the mission"
+        yield f"home is {words}: is it the mission of this plan?"
+
+
+def _lit(mission: Mission, flown: Sequence[tuple[str, Move]]) -> Iterator[str]:
+    """Yield which stays the mission's laser lights, as a plan does not say that."""
+    stays = [(item, move) for item, move in flown if move.kind != "flight"]
+    at = places(mission, [move for _, move in stays]) if stays and mission.laser else {}
+    lit = [item for item, move in stays if at and at[move.end_place].received.power_W > 0.0]
+    if lit:
+        words = "leave [laser] out of the mission if it does not"
+        yield f"the mission's laser charges the drone at {first_ten(lit)}: {words}"
 
 
 def _below_ground(goals: Sequence[Goal]) -> Iterator[str]:
@@ -285,7 +364,7 @@ def _goals(
         if target.kind == "rest":
             near = np.flatnonzero(np.hypot(*(roofs_m[:, :2] - at_m[:2]).T) <= SAME_PLACE_m)
             if not len(near):
-                words = "a landing on the way must be at a roof of the mission, where it rests"
+                words = "lands on the way, but not at a roof of the mission, where it could rest"
                 raise InputError([Fault(target.item, "", words, label(file))])
             building = drone.buildings.names[int(near[0])]
             x, y, z = roofs_m[int(near[0])].tolist()

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from optuav.errors import Fault, InputError, refuse
+from optuav.fields import COORDINATE
 from optuav.judge.stated_flight import EARTH, MOST_PLACES, Kind, StatedFlight, StatedStep, on_earth
+from optuav.judge.timeline import DURATION
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import shown
 
@@ -30,15 +32,17 @@ REFUSED = {
     33: "FOLLOW, which no plan knows beforehand",
     92: "GUIDED, which another computer flies",
 }
-NO_ITEMS = -1  # Stands for the command of a pattern that carries no items
+NO_ITEMS = -1  # Stands for the command of a pattern without waypoints
 KINDS: dict[int, Kind] = {
     **{WAYPOINT: "pass", TAKE_OFF: "take-off", LAND: "land", RETURN: "return"},
     **{LOITER_TIME: "hover", LOITER_FOR_EVER: "hover"},
     **dict.fromkeys((LOITER_TURNS, LOITER_TO_ALTITUDE, SPLINE), "pass"),
 }
 STAYING = WAYPOINT, LOITER_TIME, *DELAYS
-ABSOLUTE, TERRAIN, NOWHERE = (0, 5), (10, 11), 2
-"""Frames of heights: above mean sea level, over terrain; no place at all."""
+ABSOLUTE, RELATIVE, TERRAIN, NOWHERE = (0, 5), (3, 6), (10, 11), 2
+"""Frames of heights: above mean sea level, over home, over terrain; no place at all."""
+IN_DEGREES = *ABSOLUTE, *RELATIVE, *TERRAIN
+VERTICAL = {2.0: "climbs", 3.0: "descents"}  # Types of a change of speed that is not level
 AS_BEFORE = (-1.0, -2.0)  # Speeds that stand for no change, and for the autopilot's own
 SPEED_WORDS = "a number, x > 0 [m/s]"
 
@@ -53,8 +57,9 @@ class MavlinkItem(NamedTuple):
 
     @property
     def no_change(self) -> bool:
-        """Whether a change of speed keeps the speed before."""
-        return self.numbers[1] in AS_BEFORE or math.isnan(self.numbers[1])
+        """Whether a change of speed keeps the level speed before."""
+        vertical = self.numbers[0] in VERTICAL
+        return vertical or self.numbers[1] in AS_BEFORE or math.isnan(self.numbers[1])
 
     @property
     def elsewhere(self) -> bool:
@@ -91,6 +96,9 @@ def flight_of_items(
     steps = _steps(flown, home, speed_m_s, notes)
     if not steps:
         raise refusal(file, "has no item that flies anywhere")
+    if steps[0].kind != "take-off":
+        words = "is no take-off: ArduCopter does not start such a plan on the ground"
+        notes.append(f"{steps[0].item} {words}")
     return StatedFlight(home[:2], home[2], tuple(steps), tuple(notes))
 
 
@@ -114,24 +122,34 @@ def _until_the_end(items: Iterable[MavlinkItem], notes: list[str]) -> Iterator[M
 
 def _faults(items: Iterable[MavlinkItem], source: str) -> Iterator[Fault]:
     """Yield what is wrong with items."""
-    for name, command, _, numbers in items:
-        stay_s, speed_m_s, latitude, longitude, height_m = *numbers[:2], *numbers[4:]
-        if command in STAYING and stay_s < 0.0:
-            yield Fault(f"{name}, seconds", shown(stay_s), "a number, x >= 0 [s]", source)
-        elif command == CHANGE_SPEED and not (
+    for item in items:
+        name, command, _, (stay_s, speed_m_s, *_) = item
+        if command in STAYING and not (math.isnan(stay_s) or DURATION.accepts(stay_s)):
+            yield Fault(f"{name}, seconds", shown(stay_s), DURATION.words, source)
+        if command == CHANGE_SPEED and not (
             speed_m_s in AS_BEFORE or math.isnan(speed_m_s) or 0.0 < speed_m_s < math.inf
         ):
             words = f"{SPEED_WORDS}, or −1 for the speed before"
             yield Fault(f"{name}, speed", shown(speed_m_s), words, source)
-        elif command in REFUSED or command == NO_ITEMS:
-            words = REFUSED.get(command, "a pattern that carries no items")
+        if command in REFUSED or command == NO_ITEMS:
+            words = REFUSED.get(command, "a pattern without waypoints")
             yield Fault(name, "", f"is {words}; fly it as waypoints", source)
-        elif command in KINDS and command != RETURN:
-            if not math.isnan(latitude + longitude) and not on_earth(longitude, latitude):
-                yield Fault(name, shown((longitude, latitude)), EARTH, source)
-            elif not math.isfinite(height_m):
-                height = "null" if math.isnan(height_m) else shown(height_m)
-                yield Fault(f"{name}, height", height, "a number [m]", source)
+        if command in KINDS and command != RETURN:
+            yield from _faults_of_place(item, source)
+
+
+def _faults_of_place(item: MavlinkItem, source: str) -> Iterator[Fault]:
+    """Yield what is wrong with the place of an item."""
+    name, _, frame, (*_, latitude, longitude, height_m) = item
+    if frame not in (*IN_DEGREES, NOWHERE):
+        degrees = ", ".join(map(str, sorted(IN_DEGREES)))
+        words = f"one of {degrees}, with degrees; local frames, such as 1, have metres"
+        yield Fault(f"{name}, frame", shown(frame), words, source)
+    elif not math.isnan(latitude + longitude) and not on_earth(longitude, latitude):
+        yield Fault(name, shown((longitude, latitude)), EARTH, source)
+    if not COORDINATE.accepts(height_m):
+        height = "null" if math.isnan(height_m) else shown(height_m)
+        yield Fault(f"{name}, height", height, COORDINATE.words, source)
 
 
 def _steps(
@@ -148,6 +166,9 @@ def _steps(
             steps[-1] = steps[-1]._replace(stay_s=steps[-1].stay_s + numbers[0])
         elif command == CHANGE_SPEED and not item.no_change:
             speed_m_s = numbers[1]
+        elif command == CHANGE_SPEED and numbers[0] in VERTICAL:
+            which = VERTICAL[numbers[0]]
+            notes.append(f"{name} sets the speed of {which}, which are flown at the mission's own")
         if command in {*SILENT, *DELAYS, CHANGE_SPEED}:
             continue
         if command not in KINDS:

@@ -16,10 +16,10 @@ from optuav.errors import NoPlanError
 from optuav.flight.model import CruisingModel
 from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
-from optuav.judge.course import JUDGE_TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.flight_plan import FlightPlan
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, SimulatedPhase, moves, phases, places
+from optuav.judge.wells_along import Course, pooled, scheduled, soc, trace
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
@@ -30,6 +30,7 @@ from optuav.physics import flight, link
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import FlightEvent, Trace
 from optuav.presentation.blocks import Block, Facts, Fold, Heading, Picture, Table

@@ -32,7 +32,7 @@ class StatedFlight(NamedTuple):
     home_altitude_m: float
     steps: tuple[StatedStep, ...]
     notes: tuple[str, ...]
-    start: Mapping[str, float] | None = None  # Of the battery, as the table [start] of a mission
+    judged_with: Mapping[str, object] | None = None  # Of our own: values in place of a mission's
 
 
 def on_earth(longitude: float, latitude: float) -> bool:

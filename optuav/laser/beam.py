@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from optuav import physics
@@ -61,8 +62,9 @@ class Beam(MadeOfTables, ABC):
         import numpy as np
 
         some_m = np.array([[100.0, 200.0]])
-        self.received_W(some_m, 100.0)
-        self.enough_W(some_m, 100.0)
+        for method in (self.received_W, self.enough_W):
+            value = method(some_m, 100.0)
+            self._expect(method.__name__, value, (Real, np.ndarray), "a number or an array [W]")
 
     @property
     def attenuation_per_km(self) -> Quantity:

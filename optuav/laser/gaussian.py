@@ -111,8 +111,8 @@ class GaussianBeam(SpreadingBeam):
         if not self.laser.turbulence_cn2:
             return None
         return (
-            "the charging power that a limit cuts is an upper bound: turbulence makes the light "
-            "flicker, and only its mean is known (laser.turbulence_cn2)"
+            "where a limit clips the charging power, the figure is an upper bound: turbulence "
+            "makes the light flicker, and only its mean is known (laser.turbulence_cn2)"
         )
 
     def sliders(self) -> Iterator[Slider]:

@@ -135,9 +135,9 @@ def _tables(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
         yield building
 
 
-def row_by_row(rows: list[Document], source: str = "") -> Buildings:
+def row_by_row(rows: list[Document]) -> Buildings:
     """The buildings of any number of tables [[buildings]], or an `InputError` with their faults."""
-    content = StatedMission({"buildings": rows}, {(): source})
+    content = StatedMission({"buildings": rows}, {(): ""})
     buildings, breaches = list[Building](), list[Breach]()
     for begin in range(0, len(rows), MOST_ITEMS):
         part = {"buildings": rows[begin : begin + MOST_ITEMS]}

@@ -73,7 +73,7 @@ SYNTAX = {
 """Words for what Python's parsers of TOML and JSON say, by a pattern of how that begins."""
 
 unfinished: set[Path] = set()  # Files that a signal handler which ends the process has to delete
-only_ours: ContextVar[bool] = ContextVar("only_ours", default=False)
+keep_foreign_files: ContextVar[bool] = ContextVar("keep_foreign_files", default=False)
 """True if only files that optuav has written may be replaced."""
 
 
@@ -300,7 +300,7 @@ def check_place(path: Path, content: bytes | None = None) -> None:
         changed = [path] * taken + [target.parent] * (path.is_file() or not taken)
         if not all(os.access(place, os.W_OK) for place in changed):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        if not only_ours.get() or not path.is_file() or not path.stat().st_size:
+        if not keep_foreign_files.get() or not path.is_file() or not path.stat().st_size:
             return
         if content is None and path.suffix == ".csv":
             return  # only its header can tell
@@ -370,7 +370,7 @@ def relative_to(file: Path, path: str) -> str:
 def must_be_new(path: Path) -> None:
     """Refuse a name that is taken, for a file that people go on to edit."""
     with refusals(path, "written"):
-        if only_ours.get() and path != STANDARD and path.exists():
+        if keep_foreign_files.get() and path != STANDARD and path.exists():
             raise refusal(path, "exists already; name a new file, or give --force to replace it")
 
 

@@ -40,7 +40,7 @@ TEXT_ENDS = 16  # They have a zero up to this byte, where drivers of text format
 TEXTS, LINES = (".geojson", ".json", ".cityjson"), (".geojsonl", ".geojsons", ".ndjson", ".jsonl")
 PARQUET, OSM = (".parquet", ".geoparquet"), (".osm",)
 CONVERTS = "ogr2ogr, which comes with GDAL, converts other maps: ogr2ogr town.gpkg FILE"
-LARGEST = 500_000_000  # bytes of text, and of the content of a zip
+LARGEST_MAP = 500_000_000  # bytes of text, and of the content of a zip
 MOST_VALUES = 100_000_000
 CODE = re.compile(r"[\w:./#,+-]{1,200}")  # Not the code of a projection, whose grids are files
 SEVERAL = re.compile(r"\x1e|\{[^\n]*\}[ \r]*\n\s*\{")  # Objects of JSON, one a line
@@ -58,7 +58,7 @@ def check_map(file: Path) -> None:
                 what = named(content.read(FIRST))
             is_known = f"is {what.name}" if what else "has no suffix of a map"
             advice = (what.advice if what else "") or CONVERTS
-            if what and "optuav city" in what.words:
+            if what and "optuav" in what.words and what.name != "KML":  # Which may be a map
                 raise refusal(file, f"is {what.words}")
             raise refusal(file, f"{is_known}; {advice}. Suffixes of maps are {known()}")
         (at, start), beside = HEADS[ending], file.with_suffix(".shx")
@@ -88,7 +88,7 @@ def known() -> str:
 def document_of(file: Path) -> Any:
     """The JSON of a map; lines of features as one collection of them."""
     _must_be_json(file)
-    text = read_text(file, LARGEST)
+    text = read_text(file, LARGEST_MAP)
     if file.suffix.lower() not in LINES and not SEVERAL.match(text):
         return parse_json(text, label(file), MOST_VALUES)
     lines = text.split("\x1e" if text.startswith("\x1e") else "\n")
@@ -112,7 +112,7 @@ SUFFIX_OF = {
 
 def _must_be_json(file: Path) -> None:
     """Refuse an empty file and one of another format, whose name is advised if it is a map."""
-    with opened(file, LARGEST) as content:
+    with opened(file, LARGEST_MAP) as content:
         head = content.read(FIRST)
     if not head.strip():
         raise refusal(file, "is empty")

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
@@ -186,13 +187,17 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
         return (BEAMS[self.laser.beam] if self.laser.beam else Fits).of(self)
 
     @cached_property
-    def pool(self) -> "Battery":
-        """All packs as one battery."""
+    def pack(self) -> "Battery":
+        """One pack."""
         from optuav.physics.kibam import Battery
 
         battery = self.battery
-        size_As = battery.packs * battery.capacity_As
-        return Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
+        return Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
+
+    @cached_property
+    def pool(self) -> "Battery":
+        """All packs as one battery."""
+        return replace(self.pack, capacity_As=self.battery.packs * self.battery.capacity_As)
 
     def __eq__(self, other: object) -> bool:
         """Equal values, and models of the same classes, as one from outside may be replaced."""

@@ -234,10 +234,10 @@ class Drone(MissionSection):
     def assumptions(self) -> list[str]:
         """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
-            f"Assumed: {figure(CELL_V)} V a cell, charging at 1 C, {percent(REST_SHARE)} of the "
+            f"Assumed: {figure(CELL_V)} V per cell, charging at 1 C, {percent(REST_SHARE)} of the "
             f"hover power at rest, wells `{self.battery}` ({CELLS[self.battery].source}), and "
             f"{self.assumed}. Places, buildings, link, air and laser ({figure(self.laser_power_W)} "
-            f"W) come from the mission {SCENE}: put yours in.",
+            f"W) come from the mission {SCENE}: replace them with your own.",
             width=78,
         )
 

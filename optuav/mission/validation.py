@@ -275,7 +275,7 @@ def rules(document: Document) -> Iterator[Breach]:
             yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
     if "receiver" in document and laser is not UNKNOWN and "beam" not in keys_of(laser):
         words = "; without [laser], remove [receiver] too" * (laser is None)
-        yield Breach(("receiver",), f"only with laser.beam = {BEAM.words}{words}")
+        yield Breach(("receiver",), f"only with laser.beam = {BEAM.listed}{words}")
     origin = {"latitude_deg", "longitude_deg"} & keys_of(document.get("earth")).keys()
     if origin and document.get("crs"):
         yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))

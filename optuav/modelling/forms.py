@@ -42,13 +42,13 @@ CONSTANT: Monomial = frozenset()
 CANCELLED = 4e-15  # Share of a coefficient below which its difference to another is rounding
 
 
-class Part(float):
+class ShareOfTime(float):
     """The share of a time that a phase takes: a factor of the time, but not of its rate."""
 
 
 def part(share: Operand, time: Operand) -> Operand:
     """The time that a phase with a share of it takes, in numbers, symbols or forms."""
-    return (share if isinstance(share, Expression) else Part(share)) * time
+    return (share if isinstance(share, Expression) else ShareOfTime(share)) * time
 
 
 class NotExponentialError(ValueError):
@@ -122,7 +122,7 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         ufunc, right = np.multiply, math.inf if zero else 1.0 / right
     if ufunc is np.multiply and not (first and last):
         form, factor = (left, right) if first else (right, left)
-        if isinstance(factor, Part):
+        if isinstance(factor, ShareOfTime):
             return Exponential(form.terms, form.rates_per_s, float(factor) * form.share)
         multiplied = {e: c * factor for e, c in form.terms.items()}
         return Exponential(multiplied, form.rates_per_s, form.share)
@@ -226,7 +226,11 @@ def form_of_leaf(leaf: Leaf, values: Values) -> Operand:
     if isinstance(leaf, Variable):
         return Exponential({frozenset({(leaf.name, "time")}): 1.0})
     value = values.get(leaf.name, leaf.value)
-    return Part(value) if isinstance(leaf, Share) and isinstance(value, SupportsFloat) else value
+    return (
+        ShareOfTime(value)
+        if isinstance(leaf, Share) and isinstance(value, SupportsFloat)
+        else value
+    )
 
 
 def exponential(

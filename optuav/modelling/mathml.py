@@ -15,7 +15,7 @@ from optuav.modelling.writer import LIST, MARKED, Text, Written, parts_of
 from optuav.presentation.markup import Cell, fold, paragraph, table
 
 THIN = '<mspace width="0.17em"/>'
-WHOLE = re.compile(r"<(mi|mn|mo|mtext)>[^<]*</\1>|<[^>]*>|\s+|\d[\d.]*|.")
+MARKUP_OR_SIGN = re.compile(r"<(mi|mn|mo|mtext)>[^<]*</\1>|<[^>]*>|\s+|\d[\d.]*|.")
 """A piece of what `MathML` writes: a finished token, a tag, a number or a sign."""
 
 
@@ -86,7 +86,7 @@ class MathML(Text):
 
 def as_element(written: str) -> Element:
     """Return the output of `MathML` as an element in display style."""
-    whole = "".join(map(_token, WHOLE.finditer(written)))
+    whole = "".join(map(_token, MARKUP_OR_SIGN.finditer(written)))
     return fromstring(f'<math displaystyle="true"><mrow>{whole}</mrow></math>')
 
 

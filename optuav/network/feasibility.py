@@ -161,7 +161,7 @@ def advice(mission: Mission) -> Iterator[str]:
         start, end = (places.names[ends[fastest]] for ends in (legs.start, legs.end))
         yield f"on the leg {start} → {end}, {warning}"
     battery = mission.battery
-    recommended_A = battery.packs * battery.capacity_As / 3600.0
+    recommended_A = float(mission.pool.capacity_As) / 3600.0
     if battery.charge_current_A > recommended_A:
         setting = f"battery.charge_current_A = {figure(battery.charge_current_A)} A"
         yield f"{setting} is above 1 C of the battery, {figure(recommended_A)} A"
@@ -196,9 +196,9 @@ def rate_doubt(mission: Mission, draws: Iterable[tuple[str, float]]) -> Iterator
     battery = mission.battery
     kind = kind_of(battery.available_fraction, battery.flow_rate_per_s)
     most_C = None if kind is None else CELLS[kind].most_C
-    packs = 1 if battery.takes_turns else battery.packs
+    carrying = mission.pack if battery.takes_turns else mission.pool
     what, largest_A = max(draws, key=lambda draw: draw[1], default=("", 0.0))
-    rate_C = largest_A * 3600.0 / (packs * battery.capacity_As)
+    rate_C = largest_A * 3600.0 / float(carrying.capacity_As)
     if most_C is not None and rate_C > most_C * (1.0 + TYPED):
         yield (
             f"{what} draws {amperes(largest_A)}, {figure(rate_C, 3)} C, beyond the "

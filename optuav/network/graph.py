@@ -16,6 +16,7 @@ from optuav.errors import Fault, refuse
 from optuav.fields import LARGEST
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.network import vehicle
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, ORIGIN
@@ -267,8 +268,7 @@ def edited_legs(
 
 def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
     """Nodes that are not the mission's, or elsewhere, or with more power than the battery takes."""
-    battery, places = computed.mission.battery, computed.places
-    most_W = battery.charge_current_A * battery.nominal_voltage_V
+    places, most_W = computed.places, vehicle.charging_limit_W(computed.mission)
     number = {name: k for k, name in enumerate(places.names)}
     shares = {device.name: device.share for device in computed.mission.served}
     for node, data in view.nodes(data=True):

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers, ragged
 from optuav.mission.buildings import Buildings
+from optuav.network.horizon import NONE, candidates, lines_from, survey, view
 from optuav.network.prisms import MARGIN_M, Prisms, prisms
-from optuav.network.sweep import NONE, candidates, lines_from, survey, view
 from optuav.physics.quantity import TINY, Quantity
 
 FEW = 32  # So many footprints are all tried on every line

@@ -17,7 +17,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import DESTINATION, ORIGIN
 from optuav.physics.flight import Flow
-from optuav.physics.kibam import STEP_BY_CHARGING, Battery, Stage, Wells
+from optuav.physics.kibam import STEP_BY_CHARGING, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
@@ -254,12 +254,11 @@ class PackCourse(NamedTuple):
 def starting_packs(mission: Mission) -> Packs:
     """The mission's packs at the start: full, or with equal parts of the charge of [start]."""
     battery = mission.battery
-    pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
     begin = None
     if mission.start is not None:
         total = vehicle.start(mission).wells(mission.pool)
         begin = Wells(*(well / battery.packs for well in total))
-    return Packs(pack, battery.packs, battery.schedule, battery.period_s, begin)
+    return Packs(mission.pack, battery.packs, battery.schedule, battery.period_s, begin)
 
 
 def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:

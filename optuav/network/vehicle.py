@@ -59,13 +59,13 @@ def coverage_radius_m(mission: Mission) -> Quantity:
     return link.coverage_radius(channel(mission), mission.limits.outage_probability)
 
 
-def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
+def hover_point_m(mission: Mission) -> Vector:
     """Return the hover point of the one device [m]; NaN where nothing is in reach.
 
     `InputError` if there are several devices.
     """
     mission.device_m  # noqa: B018  (raises with several)
-    (point_m,) = hover_points_m(mission, radius_m)
+    (point_m,) = hover_points_m(mission)
     return point_m
 
 

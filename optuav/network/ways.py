@@ -25,7 +25,7 @@ CLEARANCE_M = 5.0  # Default clearance of a mission
 CEILING_M = 10_000.0  # Default largest altitude of its waypoints; few multirotors flew as high
 LINES_AT_ONCE = 1 << 11  # Lines that are bent together, in bounded memory
 MOST_MET = 500  # Footprints that a way around may meet
-EQUAL = 1e-9  # Relative difference of two charges that count as equal
+EQUAL_CHARGES = 1e-9  # Relative difference of two charges that count as equal
 ROUNDING_M = 1e-9  # An apex that passes the ceiling by no more is at the ceiling
 
 
@@ -165,7 +165,7 @@ def _better(
         sums = there.charge_As + back.charge_As, there.duration_s + back.duration_s
         drawn.append([np.where(none, np.inf, total) for total in sums])
     (over_As, over_s), (around_As, around_s) = drawn
-    alike = np.isclose(over_As, around_As, rtol=EQUAL, atol=0.0)
+    alike = np.isclose(over_As, around_As, rtol=EQUAL_CHARGES, atol=0.0)
     first = np.where(alike, over_s <= around_s, over_As < around_As)
     return np.where(first[..., None, None], *ways_m)
 

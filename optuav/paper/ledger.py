@@ -346,7 +346,7 @@ def source_for_full_charge(mission: Mission) -> Value:
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
     beam, distance_m = Fits.of(mission), np.linalg.norm(there_m, axis=1)
     share = laser.transmission(beam.attenuation_per_km, distance_m)
-    most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    most_W = vehicle.charging_limit_W(mission)
     needed_W = np.max(laser.source_limit(beam.conversion, most_W, share))
     return "below 1 kW" if needed_W < 1000.0 else f"{fixed(needed_W, 0)} W"
 
@@ -413,8 +413,8 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
     for perspective in PAPER:
         _, names = curves.longest(changed, perspective)
         best[perspective] = names[0] if names else "none of them"
-    each = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
-    return best["battery"] if len({*best.values()}) == 1 else each
+    by_perspective = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
+    return best["battery"] if len({*best.values()}) == 1 else by_perspective
 
 
 def energy_is_shorter(mission: Mission) -> Value:

@@ -11,7 +11,7 @@ import numpy as np
 
 from optuav.physics.quantity import TINY, Quantity
 
-LARGEST = 700.0
+LARGEST_EXPONENT = 700.0
 """An exponent whose exponential still is a number."""
 SMALLEST = 1e-100
 """A positive number whose square is one too."""
@@ -57,8 +57,8 @@ def run(
     capped = np.sign(rest)
     # At the uncapped peak: c v²/A, c v²/A_b, and 1/(1 − c v²/A) − 1 as far as it is a number.
     s2, b2 = a4 * rise / late, a2 * rise / late
-    w = a4 / both * np.expm1(np.minimum(x, LARGEST))
-    beyond = np.maximum(x - LARGEST, 0.0)
+    w = a4 / both * np.expm1(np.minimum(x, LARGEST_EXPONENT))
+    beyond = np.maximum(x - LARGEST_EXPONENT, 0.0)
     # At the speed reached: −ln(1 − c v²/A), and the share 1 − (x₂ + x₄)/d of the way that is left
     # for a cruise, both as sums without a negative term.
     lag = np.log1p(w * r**2 / (1.0 + w * rest)) + (1.0 - capped) * beyond

@@ -19,11 +19,12 @@ from optuav.network.map_extent import scene
 from optuav.network.timeline import Phase, PhaseStage, carry, steps
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Wells
-from optuav.physics.quantity import Quantity
-from optuav.plan.data import JUDGES_TOLERANCE
+from optuav.physics.quantity import TINY, Quantity
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.presentation.numbers import figure, percent, percent_apart, seconds, typed
 
 EMPTY = "cannot be flown: the battery is empty on the way"
+REPEAT = "that plan may have other flights, and need more"
 MORE = 0.005  # Share added to a reserve, as another plan has another share in its available well
 MOST_RESERVE = 0.95
 
@@ -88,13 +89,34 @@ def _from_above(
     at_m = np.array(points_m, dtype=float)
     at_m[[0, -1], 2] += above_m
     ways_m, model = np.diff(at_m, axis=0).tolist(), mission.flight_model
-    if phase.speeds_m_s and isinstance(model, CruisingModel):
-        pairs = zip(ways_m, phase.speeds_m_s, strict=True)
-        legs = [model.leg_at((x, y, z), speed_m_s) for (x, y, z), speed_m_s in pairs]
+    if isinstance(model, CruisingModel):  # At the speeds of the plan, as its files state them
+        speeds_m_s = level_speeds_m_s(mission, phase, places)
+        legs = [
+            model.leg_at((x, y, z), speed_m_s) if speed_m_s and (x or y) else model.leg((x, y, z))
+            for (x, y, z), speed_m_s in zip(ways_m, speeds_m_s, strict=True)
+        ]
     else:
         legs = [model.leg((x, y, z)) for x, y, z in ways_m]
     flyable = all(isfinite(float(leg.duration_s)) for leg in legs)
     return tuple(stage for leg in legs for stage in _stages(leg)) if flyable else phase.stages
+
+
+def level_speeds_m_s(
+    mission: Mission, phase: Phase, at_m: Mapping[str, Sequence[float]]
+) -> tuple[float, ...]:
+    """Horizontal speed of every piece of a leg where the model cruises, else its largest speed."""
+    model, pieces = mission.flight_model, len(phase.waypoints_m) + 1
+    if phase.kind != "flight":
+        return ()
+    if phase.edited or not isinstance(model, CruisingModel):
+        return (phase.peak_speed_m_s,) * pieces
+    if phase.speeds_m_s:
+        return tuple(phase.speeds_m_s)
+    ends_m = at_m[phase.start_place], *phase.waypoints_m, at_m[phase.end_place]
+    ways_m = np.diff(np.array(ends_m, dtype=float), axis=0)
+    peaks_m_s = [float(model.leg((x, y, z)).peak_speed_m_s) for x, y, z in ways_m.tolist()]
+    lengths_m = np.maximum(np.linalg.norm(ways_m, axis=1), TINY)
+    return tuple((peaks_m_s * np.hypot(*ways_m[:, :2].T) / lengths_m).tolist())
 
 
 def flight_charges(
@@ -119,7 +141,7 @@ def flight_charges(
             before[number] = _share(pieces_of_phase[0].before.total_As, size_As)
             after[number] = _share(pieces_of_phase[-1][4].total_As, size_As)
             least_As = min(float(wells.available_As) for *_, wells in pieces_of_phase)
-            dry[number] = least_As < -JUDGES_TOLERANCE * size_As
+            dry[number] = least_As < -JUDGE_TOLERANCE * size_As
             lacks[number] = max(-least_As / size_As, 0.0)
         for piece in steps(mission, phases):
             planned[piece[0]] = _share(piece[4].total_As, size_As)
@@ -130,7 +152,7 @@ def flight_charges(
             first, *_ = numbers = [number for number, _ in numbered]
             *_, last = numbers
             empty, lack = any(dry[n] for n in numbers), max(lacks[n] for n in numbers)
-            start = wells[first] if before[first] < 1.0 - JUDGES_TOLERANCE else None
+            start = wells[first] if before[first] < 1.0 - JUDGE_TOLERANCE else None
             charges.append(
                 FlightCharge(before[first], after[last], empty, planned[last] + lack, start)
             )
@@ -169,30 +191,30 @@ def short(mission: Mission, charges: Sequence[FlightCharge], name: str) -> Itera
     begin = f"WARNING: with its climbs, {name}"
     if any(charge.dry for charge in charges):
         yield f"{begin} {EMPTY}.{more_reserve(mission, charges)}"
-    elif left < least - JUDGES_TOLERANCE:
+    elif left < least - JUDGE_TOLERANCE:
         here, reserve = percent_apart(left, least)
         yield (
             f"{begin} lands with {here} of the battery; the reserve is {reserve}. Unless that "
-            f"reserve already counts climbs, plan with {_reserve(2.0 * least - left)}."
+            f"reserve already counts climbs, plan with {_reserve(2.0 * least - left)}; {REPEAT}."
         )
 
 
 def more_reserve(mission: Mission, charges: Sequence[FlightCharge]) -> str:
-    """A sentence on the reserve with which climbs leave no flight without charge; or empty."""
+    """A sentence on the reserve to plan with, so that no flight is without charge; or empty."""
     needed = max((charge.planned for charge in charges if charge.dry), default=nan)
     share = max(needed + MORE, mission.limits.min_soc)
     if not share <= MOST_RESERVE:  # NaN for packs in turn
         return ""
     early = any(charge.dry for charge in charges[:-1]) and mission.limits.keep_soc != "always"
     always = " and --set limits.keep_soc=always" if early else ""
-    return f" Plan with {_reserve(share)}{always}."
+    return f" Plan with {_reserve(share)}{always}; {REPEAT}."
 
 
-def late(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
+def deadline_warning(mission: Mission, phases: Sequence[Phase], climb_m: float) -> Iterator[str]:
     """Yield that the deadline passes with climbs."""
     climbed = with_climbs(mission, phases, climb_m, on_time=False)
     time_s, deadline_s = sum(phase.duration_s for phase in climbed), mission.limits.deadline_s
-    if time_s > deadline_s * (1.0 + JUDGES_TOLERANCE):
+    if time_s > deadline_s * (1.0 + JUDGE_TOLERANCE):
         earlier_s = floor(2.0 * deadline_s - time_s)
         yield f"WARNING: with its climbs, the plan takes {seconds(time_s, 1)}; the deadline is " + (
             f"{figure(deadline_s)} s. Unless that deadline already counts climbs, plan with "
@@ -208,8 +230,8 @@ def _reserve(share: float) -> str:
 
 
 def taken_off_with(charge: FlightCharge) -> str:
-    """What the battery must hold at a take-off, in words."""
-    return f"Take off with at least {percent(charge.at_take_off)} of the battery."
+    """What the battery must hold at a take-off, in words; nearly all is all."""
+    return f"Take off with at least {percent(round(charge.at_take_off, 4))} of the battery."
 
 
 def _stages(leg: Loads) -> tuple[PhaseStage, ...]:

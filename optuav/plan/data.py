@@ -23,7 +23,7 @@ from optuav.status import Status
 
 CANNOT = "this plan cannot be flown: "
 """Start of a note on why the simulation of a plan failed, where its warnings do not say so."""
-JUDGES_TOLERANCE = 1e-6  # Share of the capacity by which the judge lets a well pass its limit [-]
+JUDGE_TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
 
 OBJECTIVE = ("objective", "objective_unit", "bound")
 RARE = (*OBJECTIVE, "device_order")
@@ -254,9 +254,9 @@ class PlanData(Record):
         # y1 is extreme at the end of a stage.
         for _, start_s, (current_A, duration_s), before, after in steps(self.mission, phases):
             level = after.available_As / pool.capacity_As
-            if dry_s is None and level < -JUDGES_TOLERANCE:
+            if dry_s is None and level < -JUDGE_TOLERANCE:
                 dry_s = float(start_s + min(time_to_empty(pool, before, current_A), duration_s))
-            if full_s is None and level > pool.available_fraction + JUDGES_TOLERANCE:
+            if full_s is None and level > pool.available_fraction + JUDGE_TOLERANCE:
                 full_s = float(start_s + min(time_to_full(pool, before, current_A), duration_s))
         return dry_s, None if battery.charging == "taper" else full_s
 

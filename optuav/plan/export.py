@@ -15,7 +15,6 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse, require, shown
 from optuav.export import NOT_FLOWN, Flight, PlanOnEarth, Position, Step, shapes, waypoints
 from optuav.fields import Range
-from optuav.flight.model import CruisingModel
 from optuav.mission import Mission
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, refusal, write_files
@@ -23,13 +22,14 @@ from optuav.mission.messages import first_ten, misfits, path_of
 from optuav.network.map_extent import scene
 from optuav.network.timeline import Phase
 from optuav.network.timeline import steps as network_steps
-from optuav.physics.kibam import Wells, time_to_full
-from optuav.physics.quantity import TINY
+from optuav.physics.kibam import time_to_full
 from optuav.plan.climbs import (
     EMPTY,
+    FlightCharge,
     climbs,
+    deadline_warning,
     flight_charges,
-    late,
+    level_speeds_m_s,
     more_reserve,
     short,
     taken_off_with,
@@ -100,7 +100,10 @@ def exported(
     if not force and any(charge.dry for charge in charges):
         words = f"with its climbs, the plan {EMPTY}.{more_reserve(plan.mission, charges)}"
         raise InputError(f"{words} force = True (--force) exports it all the same.")
-    warnings = *short(plan.mission, charges, "the plan"), *late(plan.mission, plan.phases, height_m)
+    warnings = (
+        *short(plan.mission, charges, "the plan"),
+        *deadline_warning(plan.mission, plan.phases, height_m),
+    )
     cost = [*climbs(plan.mission, len(flights), height_m)]
     notes = (*course.notes, *warnings, *cost)
     files = dict[Path, bytes]()
@@ -109,7 +112,7 @@ def exported(
         title = f"{course.name}, flight {number} of {len(flights)}: {flight.words}"
         files |= flight_files(
             flight, file.with_name(f"{name}{file.suffix}"), height_m, course.altitude_m,
-            (title, taken_off_with(charge), *notes), charge.start,
+            (title, taken_off_with(charge), *notes), start_of(plan.mission, charge),
         )  # fmt: skip
     if (stale := _stale(file, files)) and not force:
         words = f"flights of another plan: {first_ten(stale)}; name another file, or delete them"
@@ -147,14 +150,21 @@ def flight_files(
     climb_m: float,
     altitude_m: float,
     notes: tuple[str, ...],
-    start: Wells | None,
+    judged_with: Mapping[str, object],
 ) -> dict[Path, bytes]:
     """The file of one flight; beside a text of waypoints, which has no place for it, its notes."""
     if file.suffix.lower() == ".plan":
-        charge = None if start is None else {key: float(As) for key, As in start._asdict().items()}
-        return {file: waypoints.plan(flight, climb_m, altitude_m, notes, charge).encode()}
+        return {file: waypoints.plan(flight, climb_m, altitude_m, notes, judged_with).encode()}
     text = waypoints.waypoints(flight, climb_m, altitude_m)
     return {file: text.encode(), file.with_suffix(".txt"): ("\n".join(notes) + "\n").encode()}
+
+
+def start_of(mission: Mission, charge: FlightCharge) -> dict[str, object]:
+    """The start of a mission that is one flight; None for a full battery, none of packs in turn."""
+    if mission.battery.takes_turns:
+        return {}
+    wells = None if charge.start is None else charge.start._asdict()
+    return {"start": wells and {key: float(As) for key, As in wells.items()}}
 
 
 def course_of(plan: PlanData) -> PlanOnEarth:
@@ -195,24 +205,6 @@ def tapers(mission: Mission, phases: Sequence[Phase]) -> dict[int, float]:
         if full_s < stage.duration_s:
             moments_s.setdefault(number, start_s - begin_s + full_s)
     return moments_s
-
-
-def level_speeds_m_s(
-    mission: Mission, phase: Phase, at_m: Mapping[str, Floats]
-) -> tuple[float, ...]:
-    """Horizontal speed of every piece of a leg where the model cruises, else its largest speed."""
-    model, pieces = mission.flight_model, len(phase.waypoints_m) + 1
-    if phase.kind != "flight":
-        return ()
-    if phase.edited or not isinstance(model, CruisingModel):
-        return (phase.peak_speed_m_s,) * pieces
-    if phase.speeds_m_s:
-        return tuple(phase.speeds_m_s)
-    ends_m = at_m[phase.start_place], *phase.waypoints_m, at_m[phase.end_place]
-    ways_m = np.diff(np.array(ends_m, dtype=float), axis=0)
-    peaks_m_s = [float(model.leg((x, y, z)).peak_speed_m_s) for x, y, z in ways_m.tolist()]
-    lengths_m = np.maximum(np.linalg.norm(ways_m, axis=1), TINY)
-    return tuple((peaks_m_s * np.hypot(*ways_m[:, :2].T) / lengths_m).tolist())
 
 
 def altitude_m_of(mission: Mission) -> float:

@@ -14,6 +14,7 @@ from pydantic_core import to_jsonable_python
 from optuav.errors import Fault, InputError, collected, for_console, refuse, safe_name
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, relative_to, write_text
+from optuav.mission.formats import HEAD, named
 from optuav.mission.messages import error_words, path_of, several, shown
 from optuav.plan.data import RARE, PlanData
 from optuav.plan.summary import TABLE, blocks
@@ -116,7 +117,7 @@ class Plan(Presented, PlanData):
         rare = {"waypoints_m", "speeds_m_s"}
         data["phases"] = [{k: v for k, v in e.items() if v or k not in rare} for e in phases]
         if source := mission.buildings.source:
-            from optuav.plan.used import used_buildings
+            from optuav.plan.used_buildings import used_buildings
 
             data[TABLE] = {**asdict(source), "path": relative_to(file, source.path)}
             mission = mission.model_copy(update={"buildings": used_buildings(self)})
@@ -263,6 +264,10 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     """
     data = parse_json(text, source)
     if not isinstance(data, dict) or "kind" not in data:
+        if what := named(text[:HEAD].encode()):
+            words, _, advice = what.words.partition("; ")
+            sentence = f"is {words}, not a saved plan{advice and '; '}{advice}"
+            raise InputError([Fault("", "", sentence, source)])
         raise InputError([Fault("", "", f'is not a plan: "kind": "{KIND}" is missing', source)])
     if data["kind"] != KIND:
         raise InputError([Fault("kind", shown(data["kind"]), f'"{KIND}"', source)])
@@ -279,7 +284,7 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
         with collected(of_mission):
             fields["mission"] = Mission.from_dict(data["mission"])
     if TABLE in data and isinstance(mission := fields.get("mission"), Mission):
-        from optuav.plan.used import with_table
+        from optuav.plan.used_buildings import with_table
 
         with collected(of_table):
             table = with_table(mission.buildings, data[TABLE], folder)

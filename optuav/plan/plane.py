@@ -26,8 +26,11 @@ ROLES |= {role: role for role in ("deadline", "bounds")}
 """Roles in `optuav.looks` of limits by the kind of the constraint."""
 DRAWN = ROLES.keys() - {"bounds"}  # Kinds of limits that are lines in a plane
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
-SAMPLES, WHOLE = 61, 100_000  # Samples along an axis on a page, and largest whole number there
-NEAR = 4.0  # Multiple of the excess beside the line of a limit that a page tells apart
+SAMPLES, LARGEST_WHOLE = (
+    61,
+    100_000,
+)  # Samples along an axis on a page, and largest whole number there
+EXCESS_SHOWN = 4.0  # Multiple of the excess beside the line of a limit that a page tells apart
 BINDING_SLACK = 1e-6  # Largest slack of a binding constraint, as a share of its limit
 POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
@@ -50,7 +53,7 @@ class Cut(NamedTuple):
 
     @property
     def whole(self) -> list[int]:
-        """The excess as whole numbers up to `WHOLE`, row by row; NaN counts as violated.
+        """The excess as whole numbers up to `LARGEST_WHOLE`, row by row; NaN counts as violated.
 
         What is far from the line of the limit is clipped, so that its digits tell the line.
         """
@@ -60,9 +63,9 @@ class Cut(NamedTuple):
             crossed = holds[1:] != holds[:-1]
             beside[1:] |= crossed
             beside[:-1] |= crossed
-        most = NEAR * np.abs(bounded[finite & near]).max(initial=0.0)
+        most = EXCESS_SHOWN * np.abs(bounded[finite & near]).max(initial=0.0)
         most = most or np.abs(bounded[finite]).max(initial=0.0) or 1.0
-        rounded = np.rint(np.clip(bounded / most, -1.0, 1.0) * WHOLE).astype(int)
+        rounded = np.rint(np.clip(bounded / most, -1.0, 1.0) * LARGEST_WHOLE).astype(int)
         return list[int](rounded.ravel().tolist())
 
     @property

@@ -180,7 +180,7 @@ def counted_otherwise(plan: PlanData) -> Iterator[str]:
     levels = (plan.soc or {}).items()
     others = [f"{name} {percent(level)}" for name, level in levels if name not in shown]
     if others:
-        yield f"Charge left, as other perspectives of the paper count it: {', '.join(others)}."
+        yield f"Charge left, as the paper's other perspectives count it: {', '.join(others)}."
 
 
 def _counted_as(plan: PlanData) -> str:

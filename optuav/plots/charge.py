@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain, compress
 
 import numpy as np
@@ -12,7 +13,6 @@ from optuav.arrays import Floats
 from optuav.judge.replay import Replay, replay
 from optuav.looks import PHASES
 from optuav.network.timeline import carry
-from optuav.physics.kibam import Battery
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan, Plans, load_plans
 from optuav.plan.display import (
@@ -232,14 +232,12 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
 
 def _draw_packs(ax: Axes, plan: Plan) -> None:
     """Draw the packs of a plan over its phases."""
-    battery, replayed = plan.mission.battery, replay(plan)
+    pool, replayed = plan.mission.pool, replay(plan)
     trace = replayed.trace
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=PHASES[phase.kind], alpha=0.13, linewidth=0.0)
-    share_As = (
-        battery.packs * battery.capacity_As / trace.available_As.shape[1]
-    )  # Capacity per line
-    full = Battery(share_As, battery.available_fraction, battery.flow_rate_per_s).full
+    size_As = pool.capacity_As / trace.available_As.shape[1]
+    full = replace(pool, capacity_As=size_As).full  # Of each line
     columns = (trace.available_As, full.available_As, 1.4), (trace.bound_As, full.bound_As, 0.5)
     for levels_As, full_As, width in columns:
         for number, percent in enumerate((100.0 * levels_As / full_As).T):
@@ -259,6 +257,7 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
     for (low, height), words in ((FLIES, "flies"), (CHARGED, "charged")):
         ax.text(-0.008, low + 0.5 * height, words, fontsize=6.0, **beside)
+    battery = plan.mission.battery
     turn = f" every {figure(battery.period_s)} s" if battery.period_s else ""
     heading = [f"schedule {battery.schedule}{turn}", f"hover $Δ$ = {seconds(plan.hover_time_s)}"]
     heading += ["cannot be flown"] * (not replayed.flyable)

@@ -18,7 +18,7 @@ from optuav.plots.map import mission_map
 from optuav.plots.profiles import leg
 
 AXES = "axes as a function of optuav.plots returns them"
-SAME_S = 0.01  # Difference of two stays that no picture shows
+UNSEEN_S = 0.01  # Difference of two stays that no picture shows
 FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
     ".png": {"Software": "optuav"},
     ".svg": {"Creator": "optuav", "Date": None},
@@ -90,7 +90,7 @@ def save_everywhere(drawn: Iterable[tuple[str, Axes]], directory: str | Path) ->
 def _alike(one: Plan, other: Plan) -> bool:
     """Return whether pictures of two plans would be the same."""
     stays = zip(one.stops, other.stops, strict=False)
-    near = all(abs(a.duration_s - b.duration_s) < SAME_S for a, b in stays)
+    near = all(abs(a.duration_s - b.duration_s) < UNSEEN_S for a, b in stays)
     return near and (one.mission, one.route) == (other.mission, other.route)
 
 

@@ -171,8 +171,8 @@ def _few(values: xarray.DataArray, keys: Sequence[str]) -> bool:
 
 def _by_size(values: xarray.DataArray, keys: Sequence[str]) -> tuple[str, str]:
     """Return the key that goes across and the one that has a line for each value."""
-    across, each = sorted(keys, key=lambda key: -values.sizes[key])
-    return across, each
+    across, of_lines = sorted(keys, key=lambda key: -values.sizes[key])
+    return across, of_lines
 
 
 def _line(label: str, across: str, values: xarray.DataArray) -> Line:
@@ -196,9 +196,9 @@ def _single(
     """Draw one perspective over two keys."""
     title = sweep.title(keys, rule)
     if _few(values, keys):
-        across, each = _by_size(values, keys)
-        at = [(value, values.sel({each: value})) for value in values[each].values.tolist()]
-        lines = [_line(sweep.value(each, value), across, row) for value, row in at]
+        across, of_lines = _by_size(values, keys)
+        at = [(value, values.sel({of_lines: value})) for value in values[of_lines].values.tolist()]
+        lines = [_line(sweep.value(of_lines, value), across, row) for value, row in at]
         return _lines(sweep, across, lines, title, ax)
     first, second = keys
     table, labels = values.transpose(second, first).to_numpy(), [*map(sweep.axis, keys)]
@@ -246,12 +246,12 @@ def _line_panels(
     sweep: _Sweep, keys: Sequence[str], panels: Sequence[Axes], tables: Sequence[xarray.DataArray]
 ) -> tuple[str, str]:
     """Draw lines in every panel, with one legend; the labels of both axes."""
-    across, each = _by_size(tables[0], keys)
+    across, of_lines = _by_size(tables[0], keys)
     drawn_values = np.concatenate([table.to_numpy().ravel() for table in tables])
     limits = style.margins(drawn_values[np.isfinite(drawn_values)].tolist() or [0.0])
     for ax, table in zip(panels, tables, strict=True):
-        rows = [table.sel({each: value}) for value in table[each].values.tolist()]
-        lines = [_line(sweep.value(each, float(row[each])), across, row) for row in rows]
+        rows = [table.sel({of_lines: value}) for value in table[of_lines].values.tolist()]
+        lines = [_line(sweep.value(of_lines, float(row[of_lines])), across, row) for row in rows]
         curves(lines, title="", x_label="", y_label="", y_from_zero=True, ax=ax)
         entries = ax.get_legend_handles_labels()[0]
         for entry, line in zip(entries, lines, strict=True):

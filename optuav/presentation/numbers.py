@@ -108,6 +108,11 @@ def typed(value: float, digits: int = DIGITS) -> str:
     return f"{value:.{digits}g}"
 
 
+def in_format(value: float, form: str) -> str:
+    """A number in one of Python's formats, such as ``"12.5 %"`` in ``".1%"``."""
+    return _signed(format(value, form)).replace("%", " %")
+
+
 def short(number: float) -> str:
     """A bound as a person writes it: ``1e6``, not ``1e+06``, and ``2**63``."""
     if isinstance(number, int) and float(f"{number:g}") != number:  # Whole, to the last digit

@@ -33,7 +33,7 @@ from optuav.search.terrain import Boxes, Flown, Terrain
 from optuav.search.tilt import Tilt
 
 TANGENTS = 0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0  # Points of β whose tangents are rows [deadline]
-ROUNDING_S = 1e-9  # Added to each bound [s]
+BOUND_ROUNDING_S = 1e-9  # Added to each bound [s]
 
 
 class Bounds(NamedTuple):
@@ -64,7 +64,7 @@ def bounded(terrain: Terrain, boxes: Boxes, enough_s: Floats) -> Bounds:
     stops, hovers = len(boxes.pattern), boxes.hovers
     worth = np.zeros(rows.shape[1])
     worth[hovers] = 1.0
-    sure_s = boxes.low_s[hovers].sum(axis=0) + ROUNDING_S
+    sure_s = boxes.low_s[hovers].sum(axis=0) + BOUND_ROUNDING_S
     left = limits - (rows[:, :stops] * boxes.low_s).sum(axis=1)
     tops_s[:stops] -= boxes.low_s
     result = dual_simplex(rows, left, worth, enough_s - sure_s)

@@ -13,8 +13,8 @@ import numpy as np
 
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission.messages import misfits, plural, shown
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.presentation.numbers import figure
 from optuav.service.endless import EndlessCycle
 from optuav.service.event_roster import AT_LEAST, EventHover, EventRoster, courses_of, judged
@@ -102,7 +102,7 @@ class Event(EventRoster):
             Where the files go; made if it is missing. It must hold no flights of another event.
         start
             When the first drone hovers: a date and time with its offset from UTC, such as
-            ``"2027-05-01T14:00+02:00"``.
+            ``"2027-05-01T14:00+02:00"``, in the years 1970 to 9998.
         climb_m
             Height of every take-off above its place, see `Plan.export`.
 
@@ -119,8 +119,8 @@ class Event(EventRoster):
         Raises
         ------
         InputError
-            If the start has no offset, the climb is out of range, the mission has no place on
-            Earth, or a file cannot be written.
+            If the start has no offset, start or climb is out of range, the mission has no place
+            on Earth, or a file cannot be written; then none is.
 
         Examples
         --------

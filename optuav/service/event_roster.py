@@ -25,6 +25,7 @@ from optuav.studies.results import Pictures, Result
 Some = TypeVar("Some", bound="EventRoster")
 AT_ONE_POINT = "at some handovers both drones are at one hover point: keep them apart by hand"
 EVENT_HOVER_UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
+MOMENT_ROUNDING_S = 1e-6  # Difference of two moments of a roster that is rounding
 AT_LEAST = "in turns from one roof, charge requires at least"
 
 
@@ -98,6 +99,7 @@ class EventRoster(Result):
         return replay_fleet(
             self.plans,
             self.offsets_s,
+            drones=self.drones,
             share=1.0,
             until_s=3600.0 * self.hours,
             places=len(self.plans),

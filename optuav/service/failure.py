@@ -22,6 +22,7 @@ from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import figure, fixed, seconds
 from optuav.service.event_roster import (
     AT_ONE_POINT,
+    MOMENT_ROUNDING_S,
     EventHover,
     EventRoster,
     Lost,
@@ -35,7 +36,6 @@ from optuav.service.visit import Visit
 from optuav.silence import silent
 from optuav.studies.results import Pictures, Result
 
-ROUNDING_S = 1e-6
 MOST_ORDERS = 720  # Orders of drones that are looked at
 ORDERS = 24  # Orders of drones that are tried to keep them apart, where some roster was found
 NONE_FOUND = "none was found: the drones that are left cannot cover the rest"
@@ -241,10 +241,10 @@ def _gaps(rows: Iterable[EventHover], from_s: float, until_s: float) -> list[tup
     """Return when nobody hovers (begin, end) [s]."""
     gaps, covered_s = list[tuple[float, float]](), from_s
     for row in sorted(rows, key=lambda row: row["start_s"]):
-        if row["start_s"] > covered_s + ROUNDING_S:
+        if row["start_s"] > covered_s + MOMENT_ROUNDING_S:
             gaps.append((covered_s, row["start_s"]))
         covered_s = max(covered_s, row["start_s"] + row["hover_s"])
-    return gaps + [(covered_s, until_s)] * (until_s > covered_s + ROUNDING_S)
+    return gaps + [(covered_s, until_s)] * (until_s > covered_s + MOMENT_ROUNDING_S)
 
 
 def _duty(failing: Failing, drone: int, before_s: float) -> Duty:
@@ -254,7 +254,7 @@ def _duty(failing: Failing, drone: int, before_s: float) -> Duty:
     landed_s, charge = -math.inf, visit.battery.full
     for course in (course for course in event.courses if course.drone == drone):
         for first, *_, back in visits_of(course.plan.phases):
-            if course.offset_s + first.start_s - climb_s < before_s - ROUNDING_S:
+            if course.offset_s + first.start_s - climb_s < before_s - MOMENT_ROUNDING_S:
                 landed_s = course.offset_s + back.end_s
                 charge = Wells(back.available_As[0], back.bound_As[0])
     return Duty(drone, visit, out.duration_s, climb_s, landed_s, charge)
@@ -358,7 +358,7 @@ def _roster(
     rows, start_s = [*kept], succession.begin_s
     for number, hover_s in enumerate(hovers_s.tolist()):
         drone = succession.duty(number).drone
-        if hover_s > ROUNDING_S:  # Else its turn is left out
+        if hover_s > MOMENT_ROUNDING_S:  # Else its turn is left out
             rows.append(EventHover(drone=drone, start_s=start_s, hover_s=hover_s, rest_s=0.0))
         start_s += hover_s - event.overlap_s + succession.pause_s * (number == 0)
     rows.sort(key=lambda row: row["start_s"])
@@ -381,7 +381,7 @@ def _with_rows(
     apart = all(
         event.ring.visits[row["drone"] - 1] is not event.ring.visits[after["drone"] - 1]
         for row, after in pairwise(rows)
-        if after["start_s"] <= row["start_s"] + row["hover_s"] + ROUNDING_S
+        if after["start_s"] <= row["start_s"] + row["hover_s"] + MOMENT_ROUNDING_S
     )
     return replace(
         event,
@@ -459,7 +459,7 @@ def _programme_left(
             gained = gained if flown else {charge: 1.0}
         if between:
             add(between, spare_s)
-        elif spare_s < -ROUNDING_S:
+        elif spare_s < -MOMENT_ROUNDING_S:
             return None
         if visit.swap_s is None:  # Else every pack is full
             add(gained, limit_As)

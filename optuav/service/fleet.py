@@ -113,6 +113,7 @@ class Fleet(Result):
         return replay_fleet(
             [plan] * len(starts_s),
             starts_s,
+            drones=self.drones,
             share=self.asked_share,
             overlap_s=self.overlap_s,
             until_s=until_s,

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.export import Flight, PlanOnEarth, Step, shapes
-from optuav.mission.files import refusal, refusals, write_files
+from optuav.mission.files import make_directory, refusal, write_files
 from optuav.mission.messages import first_ten, misfits, path_of, shown
 from optuav.network import vehicle
 from optuav.plan.climbs import (
@@ -31,10 +31,18 @@ from optuav.plan.export import (
     MISSIONS,
     course_of,
     flight_files,
+    start_of,
+    system_on_earth,
     with_heights_told,
 )
 from optuav.presentation.numbers import figure, percent, seconds
-from optuav.service.event_roster import AT_ONE_POINT, EventRoster, later, visits_of
+from optuav.service.event_roster import (
+    AT_ONE_POINT,
+    MOMENT_ROUNDING_S,
+    EventRoster,
+    later,
+    visits_of,
+)
 from optuav.studies.results import as_csv
 
 ROUTE_ENDS = ("origin", "destination")
@@ -42,10 +50,16 @@ PLACES = {"laser": "beam", "pad": "pad", "exchange": "bay"}
 """Place on the roof, by how a battery is charged; every drone has a beam or a pad for itself."""
 AUDITS = (
     "For an event, limits.deadline_s does not count, and charging tapers where the available well "
-    'is full: audit its files with limits.deadline_s = 1e7 and battery.charging = "taper". The '
-    "audit of a .plan begins with the charge at its take-off; state it by [start] for .waypoints."
+    "is full. Each .plan says so to optuav audit, and with which charge it takes off. For "
+    '.waypoints and .kml, state limits.deadline_s = 1e7 and battery.charging = "taper" in the '
+    "mission, and for .waypoints the charge at take-off by [start]."
 )
-ROUNDING_S = 1e-6
+YEARS = 1970, 9998  # of a start; calendars have four digits, and an event ends later
+DARK_AUDITS = (
+    "No laser lights the hover of this event: leave [laser] out of the mission for .waypoints and "
+    ".kml. The rests of a .kml then charge nothing: audit each .plan for what is left at a landing."
+)
+"""Where a pad or an exchange charges, or the laser only the rests."""
 FOLD = 74  # Octets of a calendar's line, without the space that continues one
 
 
@@ -103,12 +117,22 @@ def save_flights(
 ) -> PilotFiles:
     """Write the files of an event for pilots; see `Event.save_flights`."""
     folder, begin = path_of(directory, "directory"), _moment(start)
-    refuse(faults_of_flights(start, climb_m))
+    faults = [*faults_of_flights(start, climb_m)]
+    with collected(faults):
+        system_on_earth(event.mission)
+    refuse(faults)
     assert begin is not None
     height_m = CLIMB_M if climb_m is None else climb_m
     verdict = f"The judge flew the whole roster of {event.drones} drones: {event.replay().verdict}."
     sentences = [*_lost(event, begin, height_m), *_told(event)]
-    said_by_all = *sentences, AUDITS
+    charged = event.plans[0]
+    dark = event.charged_by != "laser" or any(phase.edited for phase in charged.phases)
+    said_by_all = *sentences, AUDITS, *[DARK_AUDITS] * dark
+    judged_with = {
+        "limits.deadline_s": charged.mission.limits.deadline_s,
+        "battery.charging": charged.mission.battery.charging,
+        **({"laser": None} if dark else {}),
+    }
     files, flights = dict[Path, bytes](), list[PilotFlight]()
     cost = [*climbs(event.plans[0].mission, 1, height_m)]
     for drone in dict.fromkeys(course.drone for course in event.courses):
@@ -131,8 +155,9 @@ def save_flights(
                 file = folder / f"{visit.name}{suffix}"
                 said = (title, _in_words(visit), taken_off_with(visit.charge), *notes)
                 files |= flight_files(
-                    visit.flight, file, height_m, course.altitude_m, said, visit.charge.start
-                )
+                    visit.flight, file, height_m, course.altitude_m, said,
+                    {**start_of(charged.mission, visit.charge), **judged_with},
+                )  # fmt: skip
     flights.sort(key=lambda flight: flight.clock.take_off)
     rows = [_row(event, flight) for flight in flights]
     files[folder / "roster.csv"] = as_csv(rows).encode()
@@ -141,22 +166,24 @@ def save_flights(
     if stale:
         words = f"holds flights of another event: {first_ten(sorted(stale))}"
         raise refusal(folder, f"{words}; name another directory, or delete them")
-    pictures = [*event.pictures(begin)]
-    with refusals(folder, "made"):
-        folder.mkdir(parents=True, exist_ok=True)
+    from optuav.plots.files import image
+
+    files |= {folder / name: image(axes, Path(name)) for name, axes in event.pictures(begin)}
+    make_directory(folder)
     write_files(files)
-    from optuav.plots import save_figures
-
-    return PilotFiles((*files, *save_figures(pictures, folder)), (*sentences, *cost))
+    return PilotFiles(tuple(files), (*sentences, *cost))
 
 
-def faults_of_flights(start: object, climb_m: float | None) -> Iterator[Fault]:
+def faults_of_flights(start: object, climb_m: object) -> Iterator[Fault]:
     """Yield the faults of a start and of a climb."""
     if climb_m is not None:
         yield from misfits(("climb_m", climb_m, CLIMB))
-    if _moment(start) is None:
+    moment = _moment(start)
+    if moment is None:
         words = 'a date and time with its offset from UTC, such as "2027-05-01T14:00+02:00"'
         yield Fault("start", shown(start), words)
+    elif not YEARS[0] <= moment.year <= YEARS[1]:
+        yield Fault("start", shown(f"{start}"), f"in the years {YEARS[0]} to {YEARS[1]}")
 
 
 def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
@@ -177,7 +204,8 @@ def _lost(event: EventRoster, begin: datetime, climb_m: float) -> Iterator[str]:
 def _told(event: EventRoster) -> Iterator[str]:
     """Yield how drones may come too near to each other, on their roof and at handovers."""
     if event.drones > 1:
-        place = PLACES[event.charged_by]
+        shared = " at the bay, which drones may share" * (event.charged_by == "exchange")
+        place = f"landing place{shared}" if shared else PLACES[event.charged_by]
         yield (
             f"WARNING: the files of all drones take off and land at one point of {event.building}: "
             f"move those of each drone to its {place}, as far apart as your drones need."
@@ -185,7 +213,7 @@ def _told(event: EventRoster) -> Iterator[str]:
     points = [vehicle.hover_point_m(cycle.mission) for cycle in event.cycles]
     hovers = sorted(event.rows, key=lambda row: row["start_s"])
     if any(
-        later["start_s"] <= one["start_s"] + one["hover_s"] + ROUNDING_S
+        later["start_s"] <= one["start_s"] + one["hover_s"] + MOMENT_ROUNDING_S
         and one["drone"] != later["drone"]
         and np.allclose(points[one["drone"] - 1], points[later["drone"] - 1])
         for one, later in pairwise(hovers)
@@ -221,7 +249,7 @@ def _of_drone(
             take_off, station, leave, landing = (later(begin, offset_s + s) for s in moments_s)
             clock = Clock(take_off, station, leave, landing)
             if lost_s < offset_s + back.end_s + down_s:
-                hovers = lost_s <= offset_s + hover.end_s + ROUNDING_S
+                hovers = lost_s <= offset_s + hover.end_s + MOMENT_ROUNDING_S
                 clock = Clock(
                     take_off, station, None if hovers else leave, None, later(begin, lost_s)
                 )

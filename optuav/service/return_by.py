@@ -117,7 +117,7 @@ class ReturnTimes(Result):
         below = [f"and {more} more with less time"] if more > 0 else []
         yield Table(heads, [*map(_cells, shown)], below=below)
         rule = [
-            "Leave at the latest when the smaller of the two times has passed since arrival.",
+            "Leave no later than the smaller of the two times after arrival.",
             "by well: the available well is empty on landing; by charge: the reserve is reached.",
             "A monitor on board that knows both wells, y1 and y2, leaves as soon as "
             "a·y1 + b·y2 < g.",
@@ -383,8 +383,8 @@ def _first_stretch(
 
 def _last_that_holds(spare_As: Callable[[float], float], from_s: float, to_s: float) -> float:
     """Return the last moment on the way to another one at which a number is not below 0."""
-    towards = math.copysign(1.0, to_s - from_s)
+    sign = math.copysign(1.0, to_s - from_s)
     largest = bisect_largest(
-        lambda passed_s: spare_As(from_s + towards * passed_s) >= 0.0, abs(to_s - from_s)
+        lambda passed_s: spare_As(from_s + sign * passed_s) >= 0.0, abs(to_s - from_s)
     )
-    return from_s + towards * (largest[0] if largest else 0.0)
+    return from_s + sign * (largest[0] if largest else 0.0)

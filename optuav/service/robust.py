@@ -24,10 +24,10 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.presentation.blocks import Block, Facts, Heading, Table
 from optuav.presentation.numbers import figure, fixed, percent, seconds
-from optuav.service.box import Box, box_of, corners_of, samples_of, stated_ranges
 from optuav.service.calm_air import calm_facts, hover_words, in_calm_air, with_words
 from optuav.service.flyable import flyable_network
 from optuav.service.robust_search import KEPT, RobustTimes, Search
+from optuav.service.uncertainty_box import Box, box_of, corners_of, samples_of, stated_ranges
 from optuav.solving import solve
 from optuav.solving.assemble import route_quantities
 from optuav.solving.question import Question, checked_question
@@ -117,11 +117,7 @@ class RobustPlan(Result):
         """Yield the plan, where it holds, and the gain of every number."""
         yield Heading(f"Robust plan: {printable(self.mission.name)}")
         nominal = f"{seconds(self.nominal_hover_s)} with certain numbers"
-        part = (
-            ""
-            if self.chance is None
-            else f" of a box with {percent(self.reach_share)} of the reach"
-        )
+        part = "" if self.chance is None else f" of a box {percent(self.reach_share)} as wide"
         held = f"{percent(self.flyable)} of {self.samples} samples of the box"
         facts = [
             ("Route", " → ".join(map(printable, self.route))),

@@ -19,7 +19,7 @@ from optuav.network.network import Network
 from optuav.network.variants import Variants
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
-from optuav.service.box import Box, Points, corners_of, points_within
+from optuav.service.uncertainty_box import Box, Points, corners_of, points_within
 from optuav.solving.assemble import quantities, subset, table_entries
 from optuav.solving.balance import TIMES
 from optuav.solving.question import Question, solve_model
@@ -30,7 +30,7 @@ from optuav.status import SAME_S
 SHARE_HALVINGS = 10  # Halvings of the share of the box that a chance needs
 KEPT = 1e-9  # Share of the capacity, or of the deadline, that rounding may take
 SOUGHT = 20_000  # Points of a box among which a worse one than the corners is sought
-NEAR, ZOOMS = 100, 20  # Points about the worst one, in ever smaller parts of the box
+POINTS_ABOUT_WORST, ZOOMS = 100, 20  # Points about the worst one, in ever smaller parts of the box
 MOST_ADDITIONS = 12  # Times that points inside the box are added to the corners
 
 
@@ -158,11 +158,13 @@ class Search:
             return None
         worst = shares[margins.argmin(axis=1)[failing]]
         for reach in 0.5 ** np.arange(1, ZOOMS):
-            steps = reach * rng.uniform(-1.0, 1.0, (NEAR, *worst.shape))
+            steps = reach * rng.uniform(-1.0, 1.0, (POINTS_ABOUT_WORST, *worst.shape))
             steps[0] = 0.0
             near = np.clip(worst + steps, 0.0, 1.0)
             points = points_within(mission, box, near.reshape(-1, len(box.spreads)))
-            margins = self._margins(plan, points)[failing].reshape(len(worst), NEAR, len(worst))
+            margins = self._margins(plan, points)[failing].reshape(
+                len(worst), POINTS_ABOUT_WORST, len(worst)
+            )
             least = margins[range(len(worst)), :, range(len(worst))].argmin(axis=1)
             worst = near[least, range(len(worst))]
         return points_within(mission, box, worst)

@@ -13,8 +13,8 @@ from typing import TypeAlias
 import numpy as np
 
 from optuav.arrays import Floats, Integers
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.physics.kibam import Battery, Stage, Wells, step, tapered
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.service.fleet import upwards
 from optuav.service.visit import Visit
 from optuav.silence import silent

@@ -12,12 +12,13 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.fields import Range
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.judge.fleets import busiest
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
 from optuav.mission.load import load_one_device
 from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
+from optuav.network import vehicle
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.presentation.blocks import Block, Facts, Heading, Note, Table
 from optuav.presentation.numbers import figure
 from optuav.service.calm_air import calm_facts, in_calm_air
@@ -33,7 +34,8 @@ a drone, the packs of one drone, and a tethered drone in place of all of them.""
 PRICE = Range("-", ge=0.0, le=1e12)
 WORDS = (
     "lit hover: the laser also charges the hovering drone; dark hover: only resting drones. pad: a "
-    "drone rests on a pad with a cable. swap: packs are exchanged in a bay, and charged apart."
+    "drone rests on a pad with a cable. swap: packs are exchanged in a bay, and recharged "
+    "separately."
 )
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
 TECHNOLOGY_UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
@@ -298,10 +300,9 @@ def _drones(
 
 def _cycles(mission: Mission, swap_s: float) -> Iterator[tuple[str, Coverage | str]]:
     """Yield the cycle of each technology, or why there is none."""
-    battery = mission.battery
     ways: dict[str, dict[str, Any]] = {"laser, lit hover": {}}
     ways["laser, dark hover"] = {"lit_hover": False}
-    ways["pad"] = {"pad_power_W": battery.charge_current_A * battery.nominal_voltage_V}
+    ways["pad"] = {"pad_power_W": vehicle.charging_limit_W(mission)}
     ways["swap"] = {"swap_s": swap_s}
     for name, options in ways.items():
         try:

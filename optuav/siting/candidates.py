@@ -23,9 +23,10 @@ GRID = "grid"
 GRID_STEPS = 10.0  # Steps of a grid along its longer side, if no step is set
 STEP = Range("m", gt=0.0, le=1e6)
 MOST_CANDIDATES = 10_000  # Candidates of a grid
-LARGEST = 32_000_000  # Bytes of a file
+LARGEST_FILE = 32_000_000  # Bytes of a file
 ANGLES = Range("deg", ge=-180.0, le=180.0), Range("deg", ge=-90.0, le=90.0)
 POINTS = "a Point: longitude and latitude [deg] in WGS 84"
+LONGITUDE_FIRST = "a longitude, |x| <= 180, and then a latitude, |x| <= 90 [deg], in WGS 84"
 NO_EARTH = "is missing; candidates of a map need the mission's place on Earth: crs, or [earth]"
 CONVERTS = "ogr2ogr -f GeoJSON, which comes with GDAL, converts other maps"
 OF_A_SITE = re.compile(r"(^Site \d+| \(site \d+\))$")
@@ -73,7 +74,7 @@ def candidates_of(
     height_m = laser.position_m[2] if laser else 0.0
     if points is None:
         return Candidates(_grid(missions, step_m, height_m))
-    return _on_plane(points, missions, height_m)
+    return _on_plane(points, missions, height_m, label(path_of(source, "candidates")))
 
 
 def _grid(missions: Sequence[Mission], step_m: float | None, height_m: float) -> Floats:
@@ -97,14 +98,18 @@ def _read(path: Path) -> list[CandidatePoint]:
     if path.suffix.lower() not in (".geojson", ".json"):
         words = f'"{GRID}", or a file of points that ends in .geojson or .json; {CONVERTS}'
         raise InputError([Fault("candidates", shown(str(path)), words)])
-    text = read_text(path, LARGEST)
-    if (what := named(text.encode())) is not None and what.name == "KML":
+    text = read_text(path, LARGEST_FILE)
+    what = named(text.encode())
+    if what is not None and what.name == "KML":
         raise refusal(path, f"is KML; {CONVERTS}")
-    return _points(parse_json(text, label(path)), label(path))
+    document = parse_json(text, label(path))
+    if what is not None and not (isinstance(document, dict) and "features" in document):
+        raise refusal(path, f"is {what.name}, where a GeoJSON of points is needed")
+    return _points(document, label(path))
 
 
 def _on_plane(
-    points: Sequence[CandidatePoint], missions: Sequence[Mission], height_m: float
+    points: Sequence[CandidatePoint], missions: Sequence[Mission], height_m: float, source: str
 ) -> Candidates:
     """Points on the plane of the missions; needs pyproj."""
     without = [mission for mission in missions if stated_system(mission) is None]
@@ -123,8 +128,14 @@ def _on_plane(
     )
     z_m = [height_m if point.z_m is None else point.z_m for point in points]
     words = f"a place whose x and y around the mission are each {COORDINATE.words}"
+    words += "; longitude comes before latitude"
     refuse(
-        Fault(f"candidates[{number}]", shown([point.longitude_deg, point.latitude_deg]), words)
+        Fault(
+            f"features[{number}].geometry",
+            shown([point.longitude_deg, point.latitude_deg]),
+            words,
+            source,
+        )
         for number, (point, *at_m) in enumerate(zip(points, x_m, y_m, strict=True))
         if not all(map(COORDINATE.accepts, at_m))
     )
@@ -149,11 +160,16 @@ def _points(document: Any, source: str) -> list[CandidatePoint]:
         shape: Any = table.get("geometry")
         facts: Any = table.get("properties") or {}
         at: Any = shape.get("coordinates") if isinstance(shape, dict) else None
-        whole = isinstance(at, list) and len(at) in (2, 3) and shape.get("type") == "Point"
-        wrong = not (whole and all(x.accepts(y) for x, y in zip(ANGLES, at, strict=False)))
+        kind: Any = shape.get("type") if isinstance(shape, dict) else None
+        whole = isinstance(at, list) and len(at) in (2, 3)
+        wrong = None
+        if kind != "Point":
+            value = "null" if shape is None else shown(shape if kind is None else kind)
+            wrong = Fault(f"features[{number}].geometry", value, POINTS, source)
+        elif not (whole and all(x.accepts(y) for x, y in zip(ANGLES, at, strict=False))):
+            wrong = Fault(f"features[{number}].geometry", shown(at), LONGITUDE_FIRST, source)
         if wrong:
-            value = "null" if at is None else shown(at)
-            faults.append(Fault(f"features[{number}].geometry", value, POINTS, source))
+            faults.append(wrong)
         z_m = facts.get("z_m", 0.0) if isinstance(facts, dict) else None
         if not COORDINATE.accepts(z_m):
             where = f"features[{number}].properties.z_m"

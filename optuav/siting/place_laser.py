@@ -41,7 +41,7 @@ from optuav.status import SAME_S
 
 COUNT = Range("-", ge=1, le=1000, whole=True)
 ENOUGH = Range("s", gt=0.0, le=1e7)
-GAP = Range("-", ge=0.0, le=1.0)
+GAP_RANGE = Range("-", ge=0.0, le=1.0)
 COORDINATE = Range("m", ge=-1e6, le=1e6)
 HEADS = {"mean": "Mean", "worst": "Shortest", "covered": "Covered"}
 WITHOUT_PLAN = {
@@ -229,10 +229,10 @@ class Siting(Presented):
             )
         proof = f"gap {percent(self.gap)}" if self.gap else "no selection is better"
         alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
-        each = (
+        sites = (
             f"site{'s' * (len(best.greedy_sites) > 1)} {first_ten([*map(str, best.greedy_sites)])}"
         )
-        greedy = f"{written(best.greedy_value)} on {each}"
+        greedy = f"{written(best.greedy_value)} on {sites}"
         lines += [
             (HEADS[best.objective], f"{written(best.value)}{enough}"),
             ("Bound", f"{written(best.bound)}, {proof}"),
@@ -356,7 +356,7 @@ def place_laser(
             else:
                 table_m, names = candidates_of(candidates, loaded, step_m)
     faults += option_faults(lasers, objective, at_least_s, perspective)
-    faults += misfits(("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT))
+    faults += misfits(("gap", gap, GAP_RANGE), ("time_limit_s", time_limit_s, LIMIT))
     if not (progress is None or callable(progress)):
         faults.append(Fault("progress", shown(progress), "a function, or nothing"))
     refuse([*faults, *(fault for mission in loaded for fault in _unfit(mission, perspective))])

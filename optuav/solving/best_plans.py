@@ -456,10 +456,10 @@ def _empty_by(
 def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPlans:
     """The answers of an engine on all routes."""
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
-    columns, towards = list[tuple[Any, ...]](), 1.0
+    columns, sign = list[tuple[Any, ...]](), 1.0
     beyond = np.full(variants.count, -np.inf)
     for of_kind, variant in declarations(question, variants, able):
-        model, towards = of_kind.declared, of_kind.declared.sign
+        model, sign = of_kind.declared, of_kind.declared.sign
         solution = solve_model(model, len(variant), question, of_kind.given)
         codes = np.array([STATUSES.index(status) for status in solution.statuses], np.int8)
         answered = np.isin(codes, [k for k, status in enumerate(STATUSES) if status.has_answer])
@@ -475,7 +475,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPla
         else:
             np.fmax.at(beyond, variant, solution.beyond)
         times = (solution.values.get(name, np.zeros(len(variant))) for name in TIMES)
-        rows = variant, of_kind.routes, *times, solution.objective * towards, solution.ties
+        rows = variant, of_kind.routes, *times, solution.objective * sign, solution.ties
         columns.append(tuple(column[answered] for column in rows))
     none = *(np.zeros(0, np.intp) for _ in range(2)), *(np.zeros(0) for _ in range(4))
     answers = zip(none, *columns, strict=True)
@@ -488,9 +488,9 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> TiedPla
     variant, route, score = variant[order], route[order], score[order]
     open_, bound = beyond[variant] > score + ties[order], np.full(variants.count, np.nan)
     status[variant[open_]] = STATUSES.index(Status.FEASIBLE)
-    bound[variant[open_]] = towards * beyond[variant[open_]]
+    bound[variant[open_]] = sign * beyond[variant[open_]]
     times_s = hover_s[order], rest_s[order]
-    return TiedPlans(variant, route, *times_s, status, otherwise, towards * score, bound)
+    return TiedPlans(variant, route, *times_s, status, otherwise, sign * score, bound)
 
 
 def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:

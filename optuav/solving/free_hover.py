@@ -53,7 +53,7 @@ POINTS_AT_ONCE = 1 << 13
 RINGS = (0.1, 3000.0, 40)  # First and last radius of rings around buildings [m], and how many
 WITHIN = 1.0 - 1e-12  # share of the coverage radius that is used, for rounding
 SAMPLES = (60, 12, 4)  # angles, radii and heights of the points that are tried
-NEAR, REACH = (7, 24, 9), 0.2
+POINTS_AROUND, REACH = (7, 24, 9), 0.2
 """Distances, angles and slopes of the points around places; the largest distance as a share of the
 coverage radius."""
 PROMISING_S = 2.0  # starts that are worse than the best by more than this are left [s]
@@ -107,9 +107,9 @@ class HoverRegion:
 
     def near(self, place_m: Floats) -> Floats:
         """Points (point, 3) [m] around a place, ever closer, as far as they are in the region."""
-        reach_m = REACH * self.radius_m * 0.5 ** np.arange(NEAR[0])
-        angles = np.linspace(0.0, 2.0 * np.pi, NEAR[1], endpoint=False)
-        slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, NEAR[2])
+        reach_m = REACH * self.radius_m * 0.5 ** np.arange(POINTS_AROUND[0])
+        angles = np.linspace(0.0, 2.0 * np.pi, POINTS_AROUND[1], endpoint=False)
+        slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, POINTS_AROUND[2])
         r, φ, θ = (axis.ravel() for axis in np.meshgrid(reach_m, angles, slopes))
         way_m = np.column_stack([np.cos(θ) * np.cos(φ), np.cos(θ) * np.sin(φ), np.sin(θ)])
         return self.in_region(place_m + r[:, None] * way_m)

@@ -37,7 +37,7 @@ FINER = (0.1, 0.01, 0.001)
 """Steps of the refinement around the best pair, as shares of the first step."""
 SLACK = 1e-9  # share of a step, and of the capacity, that rounding may take
 
-IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
+PROOF_IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
 CONTINUOUS = (
     f"simulation on a grid of {figure(STEP_S)} s, refined to {figure(FINER[-1])} s around the "
     "best, not proved"
@@ -54,7 +54,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Rout
     entries = ((part, entry) for part in parts for entry in range(len(part.routes)))
     routes = [_Route(network, *entry, slot_s, clock) for entry in entries]
     routes.sort(key=lambda each: (each.number, each.part.rests))
-    question, proof = replace(question, engine=ENGINE), IN_SLOTS if slot_s else CONTINUOUS
+    question, proof = replace(question, engine=ENGINE), PROOF_IN_SLOTS if slot_s else CONTINUOUS
     plans: list[tuple[float, Floats, _Route]] = []
     searched, least_s = 0, 0.0
     for route in routes:
@@ -156,7 +156,7 @@ class _Route:
         hovers_s, self.rests_s = [*steps_s, np.zeros(1)][:2]
         self.least_s = hovers_s.min(initial=math.inf)
         self.longest_stay_s = hovers_s.max(initial=self.left_s)
-        capacity_As = battery.packs * battery.capacity_As
+        capacity_As = float(mission.pool.capacity_As)
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
         self.always = mission.limits.keep_soc == "always"
         share = vehicle.start(mission).total_As / mission.pool.capacity_As

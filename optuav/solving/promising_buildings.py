@@ -250,7 +250,7 @@ def best_plans_or_all(variants: Variants, places: Places, question: Question) ->
         solved[:, network.routes.building[1:]] = True
         while len(left):
             batch = Variants(direct, _rows(columns, left))
-            open_ = _contending(batch, longest_s[left], question.perspective)
+            open_ = _possibly_as_good(batch, longest_s[left], question.perspective)
             most = open_.sum(axis=1) > SHARE * count
             over_all.append(left[most])
             more = (open_ & ~solved).any(axis=1) & ~most
@@ -334,7 +334,7 @@ def _open(variants: Variants, hover_s: Floats, perspective: Perspective) -> Bool
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def _contending(variants: Variants, hover_s: Floats, perspective: Perspective) -> Booleans:
+def _possibly_as_good(variants: Variants, hover_s: Floats, perspective: Perspective) -> Booleans:
     """Where a rest may give a plan as good as some hovers [s] (variant, building).
 
     By charge and time, and through the wells, as if nothing stood in the way of legs and light.

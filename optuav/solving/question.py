@@ -19,7 +19,7 @@ from optuav.engines import dispatch
 from optuav.engines.registry import AUTO, Engine, conforming, engine_names
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, collected, nearest, refuse
-from optuav.fields import SLOT, Range
+from optuav.fields import REGISTERED_FIRST, SLOT, Range
 from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
@@ -93,6 +93,13 @@ class Question:
         return (self.p1.stops, self.p1.hovers) != (1, 1)
 
 
+def unknown_engine(name: str) -> Iterator[Fault]:
+    """A fault for a name of no engine."""
+    names = (AUTO, *engine_names())
+    if name not in names:
+        yield unknown("engine", name, (*names, REGISTERED_FIRST))
+
+
 def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation:
     """The problem of a name or class with its fields, None for their defaults.
 
@@ -109,7 +116,8 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
         name = stated_as
         kind = P4 if name == "P4" else type(PROBLEMS[name])
     else:
-        raise InputError([unknown("problem", stated_as, (*PROBLEM_NAMES, *OWN_PROBLEMS))])
+        names = (*PROBLEM_NAMES, *OWN_PROBLEMS, REGISTERED_FIRST)
+        raise InputError([unknown("problem", stated_as, names)])
     options = {field: value for field, value in stated.items() if value is not None}
     taken = {problem: arguments_of(problem) for problem in dict.fromkeys((*OF_THE_PAPER, kind))}
     faults = []
@@ -224,7 +232,7 @@ def _faults(mission: Mission | None, question: Question) -> Iterator[Fault]:
     yield from unlisted(("hover_point", p1.hover_point, HOVER_POINTS))
     yield from unlisted(("perspective", question.perspective, tuple(PERSPECTIVES)))
     if isinstance(question.engine, str):
-        yield from unlisted(("engine", question.engine, (AUTO, *engine_names())))
+        yield from unknown_engine(question.engine)
     limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)
     for option, value, number in limits:
         if value is not None and not number.accepts(value):

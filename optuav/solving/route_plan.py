@@ -34,7 +34,7 @@ from optuav.solving.question import PROBLEM_NAMES, Question
 from optuav.solving.route_models import RouteModel
 
 ROUNDED_SOC = 1e-9  # share of the capacity that rounding may take
-WHOLE = 1e-6  # Distance of an unknown from a whole number that is rounding
+COUNT_ROUNDING = 1e-6  # Distance of an unknown from a whole number that is rounding
 EDITED = {
     True: "some legs have figures from the graph, not from the flight model",
     False: "some places have sight or power of the laser from the graph, not from the mission",
@@ -69,7 +69,7 @@ def plan_for(
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
             # Packs may refuse charge: `battery` counts the accepted charge.
-            capacity_As = packs.packs * packs.capacity_As
+            capacity_As = float(mission.pool.capacity_As)
             left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
             soc["battery"] = left_As / capacity_As
             begin_As = float(vehicle.start(mission).total_As)
@@ -170,7 +170,9 @@ def _with_unknowns(network: Network, point: Values) -> tuple[Network, list[str]]
         return network, []
     ranges, nearest = numeric_keys(), {key: round(value) for key, value in values.items()}
     counts = {key: value for key, value in values.items() if ranges[key].whole}
-    counts = {k: nearest[k] if abs(v - nearest[k]) <= WHOLE else v for k, v in counts.items()}
+    counts = {
+        k: nearest[k] if abs(v - nearest[k]) <= COUNT_ROUNDING else v for k, v in counts.items()
+    }
     try:
         mission = network.mission.replace(as_stated(network.mission, values) | counts)
     except InputError as error:

@@ -1,9 +1,11 @@
 """The comparison that is asked for: of methods, of plans or of speeds."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, collected, refuse
@@ -18,11 +20,14 @@ from optuav.studies.compare_methods import (
     compare_methods,
     default_slots_s,
 )
-from optuav.studies.compare_plans import AXES, PERIODS_S, compare_plans
+from optuav.studies.compare_plans import AXES, PERIODS_S, PlanComparison, compare_plans
 from optuav.studies.processes import WORKERS
 from optuav.studies.results import Comparison
 
-COMPARED: Mapping[str, tuple[str, ...]] = {
+if TYPE_CHECKING:
+    from optuav.studies.compare_speeds import SpeedComparison
+
+COMPARED_ENGINES: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(PAPER, ("closed-form", "cvxpy", "casadi", "grid")),
     AVAILABLE: ("bracket", "casadi", "grid"),
 }
@@ -35,6 +40,9 @@ ALONE = {
     "periods_s": "schedule",
 }
 """Arguments that go with one comparison only."""
+
+ByPlan: TypeAlias = Literal["perspective", "trajectory", "schedule"]
+"""Comparisons of plans."""
 
 
 @overload
@@ -50,6 +58,28 @@ def compare(
     progress: Progress | None = None,
     workers: int = 1,
 ) -> MethodComparison: ...
+
+
+@overload
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: Literal["speed"],
+    perspective: Perspective | None = None,
+    progress: Progress | None = None,
+) -> SpeedComparison: ...
+
+
+@overload
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: ByPlan | tuple[ByPlan, ...] | list[ByPlan],
+    perspective: Perspective | None = None,
+    slots_s: float | Sequence[float] | None = None,
+    periods_s: Sequence[float] | None = None,
+    progress: Progress | None = None,
+) -> PlanComparison: ...
 
 
 @overload
@@ -169,7 +199,7 @@ def compare(
         others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
         refuse(Fault(f"battery.{n}", shown(own), f"{only!r}, {rest}") for n, own, only in others)
         lengths_s = default_slots_s(studied) if slots is None else slots
-        able = COMPARED[counted]
+        able = COMPARED_ENGINES[counted]
         engine_names = able if chosen is None else (able[0], *chosen)
         return compare_methods(
             studied, counted, lengths_s, engine_names, time_limit_s, progress, workers, times=times
@@ -213,8 +243,8 @@ def _faults(
         yield unknown("perspective", perspective, allowed)
     elif perspective is not None and "perspective" in names:
         yield Fault("perspective", shown(perspective), "is compared by already")
-    counted = next((name for name in COMPARED if name == perspective), AVAILABLE)
-    able = COMPARED[counted]
+    counted = next((name for name in COMPARED_ENGINES if name == perspective), AVAILABLE)
+    able = COMPARED_ENGINES[counted]
     others = (engine for engine in given["engines"] or () if engine not in able)
     words = f"some of {', '.join(able)} in the perspective {counted}"
     yield from (Fault("engines", shown(other), words) for other in others)

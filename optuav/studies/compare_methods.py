@@ -12,7 +12,7 @@ from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.arrays import Values
-from optuav.engines.linear_form import WHOLE as SLOT_TOLERANCE
+from optuav.engines.linear_form import SLOTS_ROUNDING
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
@@ -491,6 +491,6 @@ def bound(model: Model, parameters: Values, slot_s: float) -> Bound:
             what = "a shorter hover" if by_hover < 0.0 else "a longer rest"
             return None, f"{what} can break {constraint.label}"
         horizon_slots = -float(form.constant) / by_hover / slot_s
-        if abs(horizon_slots - round(horizon_slots)) > SLOT_TOLERANCE * max(1.0, horizon_slots):
+        if abs(horizon_slots - round(horizon_slots)) > SLOTS_ROUNDING * max(1.0, horizon_slots):
             slots, words = 2, "the horizon is not a whole number of slots"
     return slots, words

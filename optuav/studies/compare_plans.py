@@ -6,10 +6,10 @@ from typing import NotRequired, TypedDict
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
-from optuav.judge.course import JUDGE_TOLERANCE
 from optuav.mission import Mission
 from optuav.options import SCHEDULES, Perspective, Schedule, Trajectory
 from optuav.plan import Plan
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.summary import counted_in
 from optuav.presentation.blocks import Block, Heading, Note, Table
 from optuav.presentation.numbers import figure, fixed, seconds

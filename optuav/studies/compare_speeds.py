@@ -139,7 +139,7 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> SpeedCompariso
         hovers_s = route.hover_times_s(points, 0.0, perspective)
         top = int(hovers_s.argmax())
         speeds = tuple((points[top] * most_m_s).tolist())
-        answers.append(("free, grid", float(hovers_s[top]), speeds, f"{side} a leg"))
+        answers.append(("free, grid", float(hovers_s[top]), speeds, f"{side} per leg"))
     first_s = answers[0][1]
     gains_s = [None if s is None or first_s is None else s - first_s for _, s, _, _ in answers]
     gains_s[0] = None  # The others are compared with it

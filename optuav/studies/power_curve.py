@@ -106,7 +106,7 @@ class PowerCurve(Result):
 
     def blocks(self) -> Iterator[Block]:
         """Yield the hover, the speeds that stand out, and a table of the curve."""
-        yield Heading(f"Power over air speed: {printable(self.mission.name)}")
+        yield Heading(f"Power against airspeed: {printable(self.mission.name)}")
         hover = f"{fixed(self.hover_power_W)} W", "at the rotors, in the mission's wind"
         named = (
             (

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA = 2
-SAME_S = 1e-3  # Difference of two hovers that are called equally long
+EQUALLY_LONG_S = 1e-3  # Difference of two hovers that are called equally long
 
 Pictures: TypeAlias = Iterator[tuple[str, "Axes"]]
 """Pictures by file name."""
@@ -146,7 +146,7 @@ def longest_of(answers: Sequence[tuple[str, ComparedAnswer]]) -> str:
     if not known_s:
         return "Longest      there is no plan"
     longest_s = max(known_s.values())
-    names = " and ".join(name for name, s in known_s.items() if s > longest_s - SAME_S)
+    names = " and ".join(name for name, s in known_s.items() if s > longest_s - EQUALLY_LONG_S)
     fails = "" if shown is flown else ", which cannot be flown"
     return f"Longest      {seconds(longest_s)} of hover: {names}{fails}"
 

@@ -32,7 +32,7 @@ from optuav.mission.keys import (
     unknown_keys,
 )
 from optuav.mission.messages import misfits, path_of, shown, unlisted
-from optuav.presentation.numbers import figure, significant
+from optuav.presentation.numbers import short, significant
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -336,7 +336,7 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if deviation is not None:
         low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
-        within = f"within {figure(key.low)} to {figure(key.high)} [{key.unit}]"
+        within = f"within {short(key.low)} to {short(key.high)} [{key.unit}]"
         raise InputError(
             [Fault(name, form_shown(form), f"must have low < high, likely between, {within}")]
         )

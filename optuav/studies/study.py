@@ -16,16 +16,23 @@ from pydantic_core import to_jsonable_python
 from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE
-from optuav.engines.registry import AUTO, engine_names
+from optuav.engines.registry import AUTO
 from optuav.errors import Fault, collected, refuse
 from optuav.fields import Allowed, Range
 from optuav.mission import Mission, load_all
 from optuav.mission.files import STANDARD, label, read_toml, resolve_from
 from optuav.mission.load import is_name
-from optuav.mission.messages import misfits, nearest, range_in_words, shown, unlisted
+from optuav.mission.messages import misfits, nearest, range_in_words, shown
 from optuav.options import Perspective
 from optuav.solving import formulate
-from optuav.solving.question import ASKED, Question, checked_question, perspectives_of, problem_of
+from optuav.solving.question import (
+    ASKED,
+    Question,
+    checked_question,
+    perspectives_of,
+    problem_of,
+    unknown_engine,
+)
 from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, dotted, sobol, spreads
 from optuav.studies.scenarios import Scenarios, check, values_of
 
@@ -136,7 +143,7 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     """Return the plan that a file states; its faults are added to `faults`, or raised."""
     problem: Formulation = P1()
     perspectives = perspectives_of(study.perspective, faults)
-    faults += unlisted(("engine", study.engine, (AUTO, *engine_names())))
+    faults += unknown_engine(study.engine)
     if not (study.grid or study.paired or study.samples):
         faults.append(Fault("grid", "", "must have values, or [paired] or [samples]"))
     if study.paired and study.samples:

@@ -23,12 +23,13 @@ import optuav
 from formulations.soc import PERSPECTIVES
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
+from optuav.mission.forms import CHOICES
 from optuav.mission.keys import range_of
 from optuav.mission.messages import misfits, path_of, shown
 from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.numbers import fixed, seconds
 from optuav.presentation.presented import Presented
-from optuav.solving.question import perspectives_of
+from optuav.solving.question import OWN_PROBLEMS, PROBLEM_NAMES, perspectives_of
 from optuav.studies.batch import (
     CODED,
     LABELS,
@@ -523,6 +524,10 @@ def _read_manifest(directory: Path) -> Manifest:
         raise files.refusal(path, "is not a manifest of a sweep of this version")
     with _damaged(path, "is damaged: its content does not match its hash"):
         manifest = Manifest.model_validate(document)
+        if manifest.hash != _hash(document):
+            raise ValueError
+    _refuse_unregistered(path, manifest)
+    with _damaged(path, "is damaged: no sweep writes such a manifest"):
         perspectives_of(manifest.study.perspective, faults := list[Fault]())
         stated_problem(manifest.study.problem)
         parts = -(-manifest.scenarios // manifest.study.scenarios_per_part)
@@ -532,10 +537,21 @@ def _read_manifest(directory: Path) -> Manifest:
             or None in map(range_of, manifest.grid)
             or manifest.versions.keys() != {*PACKAGES}
             or not manifest.names
-            or manifest.hash != _hash(document)
         ):
             raise ValueError
     return manifest
+
+
+def _refuse_unregistered(path: Path, manifest: Manifest) -> None:
+    """Refuse a sweep over keys, or of a problem, that nothing in this process has registered."""
+    problem = manifest.study.problem
+    name = problem if isinstance(problem, str) else problem.get("name", "P1")
+    own = [key for key in manifest.grid if key.partition(".")[0] in CHOICES]
+    missing = [f"no key {key}" for key in own if range_of(key) is None]
+    missing += [f"no problem {name}"] * (name not in (*PROBLEM_NAMES, *OWN_PROBLEMS))
+    if missing:
+        words = "here: import the package that registers what the sweep needs"
+        raise files.refusal(path, f"{' and '.join(missing)} {words}")
 
 
 def _summary(stored: SweepParts, asked: Sequence[str]) -> tuple[Document, Document]:

@@ -344,7 +344,60 @@ def test_values_that_no_drone_has_are_left_out_of_a_damaged_log(
     file.write_bytes(spoilt + bytes(600))
     found = optuav.fit_regimes(file)
     assert found.changes["flight.hover_current_A"] == pytest.approx(flights.HOVER_A, rel=0.01)
-    assert any("have no current" in words for words in found.warnings)
+    of = "have no current" if value == 1e30 else "currents: above 2000 A, which no UAV has"
+    assert any(of in words for words in (*found.warnings, *found.notes))
+
+
+@pytest.mark.parametrize("write", [flights.ulog, flights.dataflash, flights.airdata])
+def test_a_wild_value_does_not_spoil_a_fit(tmp_path: Path, write: Writer) -> None:
+    """One current of 9999 A in level flight; many such values would be those of another unit."""
+    log = flown()
+    place = int(np.argmax(log.speed_m_s))
+    amps, times = log.current_A.copy(), 1000.0 * log.current_A
+    amps[place] = 9999.0
+    found = optuav.fit_regimes(write(tmp_path / "log", log._replace(current_A=amps)))
+    assert found.changes["flight.flight_current_A"] == pytest.approx(flights.FLIGHT_A, rel=0.01)
+    assert any(f"1 of {len(amps)} currents: above 2000 A" in note for note in found.notes)
+    assert not any("largest current" in words for words in found.warnings)
+    found = optuav.fit_regimes(write(tmp_path / "log", log._replace(current_A=times)))
+    assert any("the largest current" in words for words in found.warnings)
+    assert not any("above 2000 A" in note for note in found.notes)
+
+
+def test_climbs_that_a_log_does_not_tell_are_said_to_count(tmp_path: Path) -> None:
+    """Without them, climbs on the spot are hover."""
+    file = flights.airdata(tmp_path / "a.csv", flown())
+    words = "there is no speed up or down: climbs and descents count as hover or level flight"
+    assert not any(words in warning for warning in optuav.fit_regimes(file).warnings)
+    file.write_text(file.read_text().replace("zSpeed", "ignored"))
+    assert any(words in warning for warning in optuav.fit_regimes(file).warnings)
+
+
+def with_decimal_commas(file: Path, lines: slice) -> Path:
+    """A log whose last column has decimal commas that nothing quotes."""
+    head = "time(millisecond),speed(mph),zSpeed(mph),battery_percent,voltage(v),current(A)"
+    rows = [f"{1000 * n},0,0,90,22.2,18.5" for n in range(200)]
+    rows[lines] = [row.replace("18.5", "18,5") for row in rows[lines]]
+    file.write_text("\n".join([head, *rows]))
+    return file
+
+
+def test_a_line_with_more_cells_than_headings_is_not_read(tmp_path: Path) -> None:
+    """Its cells may belong to other columns: 18 A of 18.5 A, or 0 A of the voltage's decimals."""
+    found = optuav.fit_regimes(with_decimal_commas(tmp_path / "a.csv", slice(20, 60)))
+    assert found.changes["flight.hover_current_A"] == pytest.approx(18.5, rel=1e-9)
+    assert any("40 of 200 lines are not read: 40 with more cells" in x for x in found.notes)
+    told = refused(
+        *("calibrate", "regimes", str(with_decimal_commas(tmp_path / "b.csv", slice(0, 200))))
+    )
+    assert "has 200 lines with more cells than its 6 headings: decimal commas go with" in told
+
+
+def test_separators_at_the_ends_of_lines_are_no_cells(tmp_path: Path) -> None:
+    file = with_decimal_commas(tmp_path / "a.csv", slice(0, 0))
+    head, *rows = file.read_text().splitlines()
+    file.write_text("\n".join([head, *(f"{row},," for row in rows)]))
+    assert optuav.fit_regimes(file).changes["flight.hover_current_A"] == pytest.approx(18.5)
 
 
 @pytest.mark.parametrize("write", [flights.dataflash, flights.airdata])

@@ -189,6 +189,7 @@ def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
     frame.to_file(tmp_path / "town.geojson", driver="GeoJSON")
     (tmp_path / "town.gpx").write_text('<?xml version="1.0"?>\n<gpx version="1.1"/>')
     (tmp_path / "town.pdf").write_bytes(b"%PDF-1.7\n" + bytes(200))
+    (tmp_path / "town.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(200))
     (tmp_path / "town.topojson").write_text('{"type": "Topology", "objects": {}, "arcs": []}')
     for name, suffix, words in (
         ("town.gpkg", ".shp", "is no .shp file but a GeoPackage or another SQLite database"),
@@ -206,6 +207,7 @@ def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
         ),
         ("town.geojson", ".txt", "is GeoJSON; optuav city reads it if its name ends in .geojson"),
         ("town.pdf", ".pdf", "is a PDF; ogr2ogr"),
+        ("town.ulg", ".ulg", r"is a flight log of PX4 \(.ulg\); optuav calibrate reads it$"),
         ("town.topojson", ".json", "is TopoJSON; ogr2ogr"),
     ):
         (other := tmp_path / f"other{suffix}").write_bytes((tmp_path / name).read_bytes())
@@ -341,7 +343,7 @@ def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
     lines.write_text(json.dumps(json.loads(file.read_text())["features"][0]))
     assert read(lines, crs=25833).origin == city.origin
     degrees = geojson(tmp_path, [(TALL, square())])
-    words = "is GeoJSON without a reference system, so it is in EPSG:4326"
+    words = "must be EPSG:4326, which a GeoJSON without a reference system is in"
     with pytest.raises(optuav.InputError, match=words):
         read(degrees, crs="EPSG:25833")
 
@@ -473,7 +475,7 @@ def test_a_zip_holds_one_map_of_a_size_that_is_unpacked(
     refused(packed, "holds 2 maps, not one: 'a.geojson', 'b.geojson'")
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("blank.geojson", " " * 3_000_000)
-    monkeypatch.setattr(sys.modules["optuav.city.files"], "LARGEST", 2_000_000)
+    monkeypatch.setattr(sys.modules["optuav.city.files"], "LARGEST_MAP", 2_000_000)
     refused(packed, "holds 3 MB, more than the 2 MB that are unpacked")
 
 

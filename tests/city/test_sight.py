@@ -12,8 +12,8 @@ from optuav.city import read
 from optuav.network.obstacles import CLEAR
 from optuav.network.prisms import prisms
 from tests.city.maps import shipped
+from tests.network.test_horizon import check, surveyed
 from tests.network.test_obstacles import is_crossed, outline
-from tests.network.test_sweep import check, surveyed
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import pytest
 import optuav
 from optuav.cli.app import COMMANDS as ALL
 from optuav.presentation.text import line_width
-from optuav.studies.compare import COMPARED
+from optuav.studies.compare import COMPARED_ENGINES
 from tests.cli.run import Pipe, refused, run, widest, words
 from tests.diagnosis.missions import only
 
@@ -40,7 +40,7 @@ def test_every_command_has_help_in_80_columns(command: str) -> None:
 
 
 def test_the_help_of_compare_lists_the_engines_that_it_takes() -> None:
-    linear, available = (",".join(COMPARED[each]) for each in ("battery", "available"))
+    linear, available = (",".join(COMPARED_ENGINES[each]) for each in ("battery", "available"))
     said = f"By default all: {available} in available, otherwise {linear}."
     assert said in words(run("compare", "--help").out)
 

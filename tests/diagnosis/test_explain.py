@@ -18,6 +18,7 @@ from optuav.diagnosis import Explanation, explain
 from optuav.diagnosis.infeasibility import plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.errors import InputError
+from optuav.explorer.answers import answers
 from optuav.modelling import Model
 from optuav.status import Status
 from tests.diagnosis.missions import PAPER, SMALL, InTime, only, repairs
@@ -696,3 +697,18 @@ def test_the_current_over_a_device_is_named_and_has_its_share_of_the_price() -> 
     assert "the draw up to the hover point of market" in " ".join(text.split())
     assert "hover_current_A[" not in text
     assert "landing_" not in text
+
+
+def test_a_rest_that_has_to_lie_between_is_explained() -> None:
+    """A building stands between both hover points, and every plan flies around it by its roof."""
+    at_m = {"p": [800.0, 1500.0, 50.0], "q": [800.0, 2000.0, 50.0]}
+    devices = [
+        {"name": name, "position_m": [x - 100.0, y, 0.0], "hover_m": [x, y, z]}
+        for name, (x, y, z) in at_m.items()
+    ]
+    mission = PAPER.replace({"limits.deadline_s": 1800, "devices": devices})
+    explained = optuav.explain(mission)
+    assert explained.plan.route == ("origin", "p", "b9", "q", "destination")
+    why = "the rest lies between the hovers over p and q: without a rest there, no plan exists"
+    assert why in explained.notes
+    assert not answers(mission, {}).get("faults")

@@ -346,8 +346,97 @@ def test_patterns_fly_the_items_that_they_carry(tmp_path: Path) -> None:
     _, subject = judged(plan(tmp_path, [SQUARE[0], survey, SQUARE[-1]]))
     assert [name for name, _ in subject.flown][:3] == ["item 1", "item 2.1", "item 2.3"]
     assert "item 2 (survey) is flown by the 3 items that it carries" in subject.notes
-    with pytest.raises(InputError, match=r"item 2 \(StructureScan\): is a pattern that carries no"):
+    with pytest.raises(
+        InputError, match=r"item 2 \(StructureScan\): is a pattern without waypoints"
+    ):
         optuav.audit(plan(tmp_path, [SQUARE[0], bare]), "relay-today")
+
+
+@pytest.mark.parametrize("carried", [[], [item(206, 10, 0, 1, frame=2)]])
+def test_patterns_without_waypoints_are_refused(tmp_path: Path, carried: list[Item]) -> None:
+    """None, or only cameras: nobody knows where they are flown."""
+    survey = {"type": "ComplexItem", "complexItemType": "survey", "version": 5} | {
+        "TransectStyleComplexItem": {"Items": carried, "version": 2}
+    }
+    with pytest.raises(InputError, match=r"item 2 \(survey\): is a pattern without waypoints"):
+        optuav.audit(plan(tmp_path, [SQUARE[0], survey, *SQUARE[1:]]), "relay-today")
+
+
+def test_speeds_of_climbs_are_not_those_of_legs(tmp_path: Path) -> None:
+    """Types 2 and 3 of MAV_CMD_DO_CHANGE_SPEED; the legs keep the level speed before."""
+    vertical = [item(178, 2, 1, -1, frame=2), item(178, 3, 2, -1, frame=2)]
+    _, plain = judged(plan(tmp_path, SQUARE))
+    verdict, subject = judged(plan(tmp_path, [SQUARE[0], *vertical, *SQUARE[1:]]))
+    assert [move.speeds_m_s for move in subject.moves()] == [
+        move.speeds_m_s for move in plain.moves()
+    ]
+    told = words(str(verdict))
+    assert "item 2 sets the speed of climbs, which are flown at the mission's own" in told
+    assert "item 3 sets the speed of descents" in told
+
+
+def test_a_plan_without_a_take_off_is_told(tmp_path: Path) -> None:
+    verdict, _ = judged(plan(tmp_path, SQUARE[1:]))
+    assert "item 1 is no take-off: ArduCopter does not start such a plan" in words(str(verdict))
+    assert "no take-off" not in str(judged(plan(tmp_path, SQUARE))[0])
+
+
+def test_a_plan_far_from_its_mission_is_told(tmp_path: Path) -> None:
+    """A mission half a degree south: 55.6 km, by the ellipsoid."""
+    file = plan(tmp_path, SQUARE)
+    for latitude, told in ((52.0, True), (52.5, False)):
+        at = {"earth.latitude_deg": latitude, "earth.longitude_deg": 13.4}
+        verdict, _ = judged(file, optuav.load("relay-today").replace(at))
+        assert ("away from the nearest place of the mission" in words(str(verdict))) == told
+    away_m = pyproj.Geod(ellps="WGS84").inv(13.4, 52.0, 13.4, 52.5)[2]
+    assert away_m == pytest.approx(55_600, rel=0.01)
+
+
+def test_a_plan_is_known_by_its_content(tmp_path: Path) -> None:
+    """Saved as .json; an export of it says what it is, and a fault in it is not an option's."""
+    file = plan(tmp_path, SQUARE, "survey.json")
+    assert optuav.audit(file, "relay-today").flyable
+    assert "name the drone that flies it by --mission" in refused("audit", str(file))
+    told = refused("export", str(file), str(tmp_path / "out.kml"))
+    assert "is a plan of QGroundControl, not a saved plan; optuav audit reads it" in told
+    (fence := tmp_path / "fence.plan").write_text('{"fileType": "Plan", "version": 1}')
+    told = refused("audit", str(fence), "--mission", "relay-today")
+    assert "fence.plan: mission: must be a table" in told
+
+
+def test_assumptions_on_battery_and_laser_are_told(tmp_path: Path) -> None:
+    """A full battery where nothing states it, and a hover in the mission's own light."""
+    at = {"earth.latitude_deg": HOME[0], "earth.longitude_deg": HOME[1]}
+    mission = optuav.load("relay-today").replace(at)
+    verdict, _ = judged(
+        plan(tmp_path, [SQUARE[0], item(19, 30, 0, 0, None, *HOME[:2], 40), SQUARE[-1]]), mission
+    )
+    assert "the battery is assumed full at take-off" in words(str(verdict))
+    assert "the mission's laser charges the drone at item 2" in words(str(verdict))
+    verdict, _ = judged(plan(tmp_path, SQUARE), mission.replace({"start": {"soc": 0.9}}))
+    assert "assumed full" not in str(verdict)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("limits.min_soc", 0.0, "judged_with.limits.min_soc: is none of start, limits.deadline_s"),
+        ("laser", {}, "judged_with.laser = an empty table: must be left out: null"),
+        ("limits.deadline_s", -1, "judged_with.limits.deadline_s = -1: must be a number, 0 < x"),
+    ],
+)
+def test_a_file_changes_only_what_an_event_changes(
+    tmp_path: Path, key: str, value: object, told: str
+) -> None:
+    """Not the reserve, for example, which would make any plan flyable."""
+    file = plan(tmp_path, SQUARE)
+    document = json.loads(file.read_text()) | {
+        "groundStation": "optuav",
+        "judged_with": {key: value},
+    }
+    file.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=told):
+        optuav.audit(file, "relay-today")
 
 
 @pytest.mark.parametrize(
@@ -379,10 +468,17 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("items", "told"),
     [
-        ([item(16, 0, 0, 0, None, 52.5, 13.4, 1e9)], "item 1 = .*x, y and z around home"),
+        (
+            [item(16, 0, 0, 0, None, 52.5, 13.4, 1e9)],
+            r"item 1, height = 1000000000.0: must be a number, \|x\| <= 1e6",
+        ),
+        (
+            [SQUARE[0], item(16, 0, 0, 0, None, 40, -25, -10, frame=1)],
+            "item 2, frame = 1: must be one of 0, 3, 5, 6, 10, 11, with degrees",
+        ),
         (
             [item(16, 1e9, 0, 0, None, 52.5, 13.4, 40)],
-            "item 1 = 1000000000 s: must be a number, 0 <= x",
+            "item 1, seconds = 1000000000.0: must be a number, 0 <= x <= 1e7",
         ),
         ([SQUARE[0], item(177, 1, 5, frame=2)], "item 2: is DO_JUMP, which flies a part again"),
         ([item(84, 0, 0, 0, None, *HOME[:2], 40)], "item 1: is a take-off of a VTOL"),
@@ -390,7 +486,10 @@ def test_heights_over_terrain_are_taken_over_home(tmp_path: Path) -> None:
         ([item(16, 0, 0, 0, None, 52.5, 13.4, None)], "item 1, height = null: must be a number"),
         ([item(2000, 0, frame=2)], "has no item that flies anywhere"),
         ([], "has no item that flies anywhere"),
-        ([SQUARE[0], SQUARE[1], SQUARE[-1], SQUARE[0], SQUARE[1]], "must be at a roof of the mis"),
+        (
+            [SQUARE[0], SQUARE[1], SQUARE[-1], SQUARE[0], SQUARE[1]],
+            "item 3: lands on the way, but not at a",
+        ),
     ],
 )
 def test_plans_that_cannot_be_judged_are_refused(
@@ -430,6 +529,7 @@ def test_a_wrong_value_of_a_plan_is_named_by_its_key(
             "line 2: fields = 7: must be twelve",
         ),
         ("a.waypoints", "QGC WPL 110\n", "has no items: is it cut off"),
+        ("a.waypoints", " \n", "a.waypoints: is empty"),
         (
             "a.waypoints",
             "QGC WPL 110\n0 1 0 nan 0 0 0 0 52.5 13.4 34 1\n1 0 3 inf 0 0 0 0 52.5 13.4 34 1",
@@ -494,29 +594,29 @@ def test_a_plan_that_lands_with_its_reserve_is_at_it(tmp_path: Path) -> None:
 
 
 def test_all_wrong_values_are_named_with_what_they_are(tmp_path: Path) -> None:
-    """Eight in one plan, and three in one text of waypoints."""
+    """Ten in one plan, by the numbers of items, and three in one text of waypoints."""
     items: list[Any] = [
         SQUARE[0],
         item(16, 0, "b", 0, None, "a", 13.4, 40),  # type: ignore[arg-type]
         item(16, 0, 0, 0, None, 95, 13.4, 40),
-        item(19, -5, 0, 0, None, 52.5, 13.4, 40),
+        item(19, -5, 0, 0, None, 95.5, 13.4, 40),
         7,
         {"command": 16},
         {**SQUARE[1], "command": "go", "frame": None},
     ]
     with pytest.raises(InputError) as refused_plan:
         optuav.audit(plan(tmp_path, items, hoverSpeed=-3), "relay-today")
-    at = "mission.items"
     assert {(fault.key, fault.value) for fault in refused_plan.value.faults} == {
         ("mission.hoverSpeed", "-3"),
-        (f"{at}[1].params[1]", "'b'"),
-        (f"{at}[1].params[4]", "'a'"),
+        ("item 2, param 2", "'b'"),
+        ("item 2, param 5", "'a'"),
         ("item 3", "[13.4, 95.0]"),
+        ("item 4", "[13.4, 95.5]"),
         ("item 4, seconds", "-5.0"),
-        (f"{at}[4]", "7"),
-        (f"{at}[5].type", ""),
-        (f"{at}[6].command", "'go'"),
-        (f"{at}[6].frame", "null"),
+        ("item 5", "7"),
+        ("item 6, type", ""),
+        ("item 7, command", "'go'"),
+        ("item 7, frame", "null"),
     }
     file, lines = tmp_path / "a.waypoints", WAYPOINTS.splitlines()
     lines[2:4] = ["1\t0\t3", lines[3].replace("52.5", "x", 1)]

@@ -100,7 +100,8 @@ def test_tables_that_belong_together() -> None:
     assert only in faults(PAPER, {"receiver": {"radius_m": 0.2}})
     assert only in faults(ROUND, {"laser": None})
     assert faults(PAPER, {"laser.beam": "gauss"}).splitlines() == [
-        'laser.beam = \'gauss\': must be "gaussian" or "divergence"'
+        "laser.beam = 'gauss': must be "
+        '"gaussian" or "divergence", or one that is registered first'
     ]
 
 

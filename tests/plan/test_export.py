@@ -24,6 +24,7 @@ from pymavlink import mavwp
 import optuav
 from optuav import P1, P4, InputError, NoPlanError, Plan
 from optuav.export import NOT_FLOWN
+from optuav.plan.climbs import FlightCharge, taken_off_with
 from tests.cli.run import refused, run
 from tests.several_devices import plan_over_three
 
@@ -232,10 +233,10 @@ def test_what_climbs_cost_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mission", ["paper", "paper-drag", "paper-table2", "relay-today"])
-def test_a_battery_that_climbs_empty_is_refused_with_the_reserve_that_helps(
+def test_a_battery_that_climbs_empty_is_refused_with_a_reserve_to_plan_with(
     mission: str, tmp_path: Path
 ) -> None:
-    """With the values that the refusal names, the first flight keeps charge, says the judge."""
+    """Here, with the values that the refusal names, the first flight keeps charge."""
     place = optuav.load(mission).replace({**BERLIN, "limits.keep_soc": "end"})
     plan, file = optuav.solve(place), tmp_path / "a.plan"
     with pytest.raises(InputError, match="climbs, the plan cannot be flown") as refused_plan:
@@ -244,6 +245,7 @@ def test_a_battery_that_climbs_empty_is_refused_with_the_reserve_that_helps(
     (tmp_path / "forced").mkdir()
     notes = json.loads(plan.export(tmp_path / "forced" / "a.plan", force=True)[0].read_text())
     assert any("cannot be flown: the battery is empty" in note for note in notes["notes"])
+    assert "that plan may have other flights, and need more" in str(refused_plan.value)
     named = re.findall(r"--set (\S+)=([\w.]*\w)", str(refused_plan.value))
     assert {key for key, _ in named} >= {"limits.min_soc"}
     changed = place.replace({key: x if x == "always" else float(x) for key, x in named})
@@ -455,6 +457,14 @@ def test_a_flight_lands_as_exported_with_what_the_audit_finds(
         f"the plan lands with {left} % of the battery; the reserve is 20" in w for w in words
     )
     assert "Take off with at least 100 % of the battery." in words
+
+
+@pytest.mark.parametrize(
+    ("share", "words"), [(0.99996, "100 %"), (1.0, "100 %"), (0.98764, "98.76 %")]
+)
+def test_nearly_all_of_a_battery_is_all_at_a_take_off(share: float, words: str) -> None:
+    charge = FlightCharge(share, 0.2, dry=False, planned=0.2)
+    assert taken_off_with(charge) == f"Take off with at least {words} of the battery."
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -23,6 +23,11 @@ ALLOWED = {
 """Files that may choose digits, and why."""
 
 
+def texts_of(expression: ast.expr) -> list[str]:
+    """The texts of an expression."""
+    return [str(node.value) for node in ast.walk(expression) if isinstance(node, ast.Constant)]
+
+
 def chosen(tree: ast.Module) -> Iterator[str]:
     """Format specs that choose digits: in f-strings, and in texts that are formatted."""
     for node in ast.walk(tree):
@@ -36,6 +41,9 @@ def chosen(tree: ast.Module) -> Iterator[str]:
             case ast.Attribute(value=ast.Constant(value=str(text)), attr="format"):
                 if IN_BRACES.search(text):
                     yield f"line {node.lineno}: {text}"
+            case ast.Call(func=ast.Name("format"), args=[value, spec]):
+                if OF_NUMBER.search(" ".join(texts_of(spec))):
+                    yield f"line {node.lineno}: {ast.unparse(value)}"
 
 
 @pytest.mark.parametrize(
@@ -46,6 +54,9 @@ def chosen(tree: ast.Module) -> Iterator[str]:
         ('f"{x:.{digits}g}"', 1),
         ('f"{x:,}"', 1),
         ('"{:.3f} s".format', 1),
+        ('format(x, ".10g")', 1),
+        ('format(x, form or ".10g")', 1),
+        ('format(x, ">12")', 0),
         ('f"{x:>12}"', 0),
         ('f"{x!r:.60}"', 0),
         ('f"{x:%Y-%m-%d %H:%M}"', 0),

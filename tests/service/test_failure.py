@@ -109,7 +109,9 @@ def test_who_can_cover_can(at_s: float) -> None:
             from optuav.service.fleet import repeated
 
             plan = repeated(RESERVE.cycles[0], [*zip(hovers_s, [*rests_s, 0.0], strict=False)])
-            found = replay_fleet([plan], [0.0], share=0.01, until_s=plan.phases[-1].end_s, places=1)
+            found = replay_fleet(
+                [plan], [0.0], drones=1, share=0.01, until_s=plan.phases[-1].end_s, places=1
+            )
             faults = {event.kind for event in found.violations} - {"gap", "share"}
             assert (not faults) == flyable, (row, faults)
 

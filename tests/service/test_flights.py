@@ -188,6 +188,9 @@ def test_bad_input(tmp_path: Path) -> None:
     for wrong in ("tomorrow", "2027-05-01", "2027-05-01T14:00", 5, datetime(2027, 5, 1), None):
         with pytest.raises(InputError, match=r"start = .*offset from UTC"):
             event.save_flights(tmp_path / "a", wrong)
+    for wrong in ("9999-12-31T23:59+00:00", "0001-01-01T00:00+14:00"):
+        with pytest.raises(InputError, match=r"start = .*in the years 1970 to 9998"):
+            event.save_flights(tmp_path / "a", wrong)
     with pytest.raises(InputError, match=r"climb_m = 0.*0 < x <= 1000"):
         event.save_flights(tmp_path / "a", START, climb_m=0.0)
     for wrong in (0, -5.0, "x", (), (1.0, 2.0), (0, 0, 0), (900, 900, 0), (0, 0, math.nan), 1001):
@@ -218,6 +221,14 @@ def test_the_command_writes_a_folder_for_pilots(tmp_path: Path) -> None:
     assert "--separation-m = " in refused(*asked, "--hours", "1", "--separation-m", "up")
 
 
+def test_files_are_written_all_or_none(tmp_path: Path) -> None:
+    """The place of the picture, which is written last, is checked before any file is written."""
+    (tmp_path / "event.png").mkdir()
+    with pytest.raises(InputError, match=r"event\.png: is a directory"):
+        optuav.coverage(HERE).event(1).save_flights(tmp_path, START)
+    assert [file.name for file in tmp_path.iterdir()] == ["event.png"]
+
+
 def test_files_state_the_charge_with_climbs_and_warn(tmp_path: Path) -> None:
     """By hand for exchanged packs: what the legs and the hover draw, and two climbs of 60 m."""
     event = optuav.coverage(HERE, swap_s=300.0).event(1)
@@ -246,17 +257,45 @@ def test_a_climb_that_costs_the_reserve_is_told(tmp_path: Path) -> None:
         assert ("WARNING" in file.read_text("utf-8")) == (file.suffix != ".waypoints")
 
 
-def test_the_audit_of_a_flight_gives_the_charges_of_the_roster(tmp_path: Path) -> None:
-    """Of later visits, too, which do not begin with a full battery."""
-    event = optuav.coverage(HERE).event(4, overlap_s=60.0, separation_m=10.0)
+LIT = {"limits.deadline_s": 1800.0, "start": {"soc": 0.6}}
+"""A deadline and a charge of a mission, neither of which counts for an event."""
+
+
+@pytest.mark.parametrize("name", ["matrice350", "relay-today"])
+@pytest.mark.parametrize(
+    "options", [{}, {"lit_hover": False}, {"pad_power_W": 400.0}, {"swap_s": 120.0}], ids=str
+)
+def test_the_audit_of_a_flight_gives_the_charges_of_the_roster(
+    name: str, options: Any, tmp_path: Path
+) -> None:
+    """By every technology, of later visits too, and in a mission with its own start and deadline.
+
+    A text of waypoints agrees where the mission states what the file's notes ask for.
+    """
+    mission = optuav.load(name).replace({**BERLIN, **LIT})
+    event = optuav.coverage(mission, **options).event(4, overlap_s=60.0, separation_m=10.0)
     event.save_flights(tmp_path, START)
     rows = roster(tmp_path)
-    assert min(float(row["battery_at_take_off_percent"]) for row in rows) < 95.0
     for row in rows:
-        judged = optuav.audit(tmp_path / f"{row['files']}.plan", HERE)
-        left = 100.0 * judged.replay.soc["battery"]
-        assert left == pytest.approx(float(row["battery_left_percent"]), abs=0.06)
-        assert ("Take-off     with" in str(judged)) == (row["visit"] != "1")
+        file = tmp_path / f"{row['files']}.plan"
+        judged = optuav.audit(file, mission)
+        notes = "\n".join(json.loads(file.read_text("utf-8"))["notes"])
+        short = {"state of charge"} if "with its climbs, drone" in notes else set[str]()
+        assert {violation.kind for violation in judged.violations} <= short, file.name
+        begin, left = (float(row[f"battery_{at}_percent"]) for at in ("at_take_off", "left"))
+        assert 100.0 * judged.replay.soc["battery"] == pytest.approx(left, abs=0.06)
+        assert "judged as the file says, in place of the mission" in str(judged)
+        assert ("leave [laser] out" in notes) == bool(options)
+        asked = {
+            "limits.deadline_s": 1e7,
+            "battery.charging": "taper",
+            "start": {"soc": begin / 100.0},
+        }
+        beam = [key for key in ("laser", "receiver") if options and getattr(mission, key)]
+        dark = dict.fromkeys(beam)
+        plain = optuav.audit(file.with_suffix(".waypoints"), mission.replace({**asked, **dark}))
+        # Wells that are not level, as after a rest, hold the same charge
+        assert 100.0 * plain.replay.soc["battery"] == pytest.approx(left, abs=0.12)
 
 
 def test_a_map_says_when_charging_tapers(tmp_path: Path) -> None:
@@ -286,12 +325,30 @@ def test_files_warn_of_drones_that_meet_and_say_how_to_audit_them(tmp_path: Path
     assert optuav.audit(drones, stated).flyable
 
 
+def test_drones_that_share_a_bay_are_sent_to_no_bay_of_their_own(tmp_path: Path) -> None:
+    """As packs are exchanged, one bay may serve all."""
+    files = optuav.coverage(HERE, swap_s=300.0).event(1).save_flights(tmp_path, START)
+    (text, *_) = (file.read_text("utf-8") for file in files if file.suffix == ".txt")
+    assert (
+        "move those of each drone to its landing place at the bay, which drones may share" in text
+    )
+
+
+def test_the_library_tells_all_faults_at_once(tmp_path: Path) -> None:
+    event = optuav.coverage("matrice350").event(1)
+    with pytest.raises(InputError, match=r"(?s)crs: is missing") as refused_files:
+        event.save_flights(tmp_path, "soon", climb_m=-2.0)
+    assert {"crs", "start", "climb_m"} == {fault.key for fault in refused_files.value.faults}
+
+
 def test_the_command_tells_all_faults_at_once() -> None:
-    """Of the event, of its files, and of the points apart."""
+    """Of the event, of its files and their place, and of the points apart."""
     told = refused(
         *("coverage", "matrice350", "--hours", "0", "--drones", "0", "--overlap-s", "-1"),
-        *("--separation-m", "abc", "--flights", "f1", "--start", "foo", "--climb-m", "-2"),
+        *("--separation-m", "abc", "--flights", "f1", "--start", "foo", "--climb-m", "low"),
     )
+    assert "--climb-m = 'low': must be a number, 0 < x <= 1000 [m]" in told
+    assert "crs: is missing; an export needs the mission's place on Earth" in told
     names = ("hours", "drones", "overlap-s", "separation-m", "start", "climb-m")
     assert all(f"--{name} = " in told for name in names)
     assert "'abc'" in told

@@ -101,7 +101,8 @@ def test_a_candidate_on_the_other_side_of_the_earth_is_named(tmp_path: Path) -> 
     file = tmp_path / "masts.geojson"
     point = {"type": "Point", "coordinates": [93.4, 52.5]}
     file.write_text(json.dumps({"type": "FeatureCollection", "features": [{"geometry": point}]}))
-    with pytest.raises(InputError, match=r"candidates\[0\] = \[93.4, 52.5\]: must be a place"):
+    words = r"masts.geojson: features\[0\]\.geometry = \[93.4, 52.5\]: must be a place"
+    with pytest.raises(InputError, match=f"{words}.*longitude comes before latitude"):
         optuav.place_laser(HERE, file)
 
 
@@ -120,10 +121,21 @@ def test_the_picture_has_the_numbers_of_the_text(placed: Any) -> None:
         ("[1]", "needs a FeatureCollection"),
         ('{"type": "FeatureCollection", "features": []}', "features = an empty list: needs a Po"),
         ('{"features": [{"geometry": {"type": "Point", "coordinates": [200, 5]}}]}', r"\[200, 5\]"),
-        ('{"features": [{"geometry": {"type": "Point", "coordinates": 5}}]}', "a Point"),
+        (
+            '{"features": [{"geometry": {"type": "Point", "coordinates": 5}}]}',
+            r"a longitude, .* a latitude",
+        ),
         (
             '{"features": [{"geometry": {"type": "LineString", "coordinates": [[1, 2]]}}]}',
-            "a Point",
+            "'LineString': must be a Point",
+        ),
+        (
+            '{"features": [{"geometry": {"type": "Polygon", "coordinates": [13.4, 52.5]}}]}',
+            "'Polygon': must be a Point",
+        ),
+        (
+            '{"version": 0.6, "generator": "Overpass API", "osm3s": {}, "elements": []}',
+            "is Overpass JSON, where a GeoJSON of points is needed",
         ),
         ('{"features": [7]}', r"features\[0\]"),
         ('{"crs": "EPSG:25833", "features": [7]}', "WGS 84"),

@@ -254,7 +254,7 @@ def test_what_is_not_proved_has_the_unit_of_the_objective() -> None:
     engine = Cautious(TB_PER_S)
     plan = optuav.solve(PAPER, Longest(TB_PER_S), perspective="battery", engine=engine)
     assert plan.status is Status.FEASIBLE
-    assert "not proved: up to 3.125e-08 TB more has not been ruled out" in plan.notes
+    assert "not proved: up to 3.125e−08 TB more has not been ruled out" in plan.notes
     assert plan.bound == pytest.approx(plan.objective + TB_PER_S, rel=1e-9)
 
 

@@ -103,8 +103,8 @@ def test_keys_along_change_by_the_same_factor() -> None:
         ({"body": {"mass_kg": {"low": True, "high": 2}}}, "body.mass_kg", "a table such as"),
         ({"body": {"mass_kg": {"low": 2, "high": 1}}}, "body.mass_kg", "low < high"),
         ({"body": {"mass_kg": {"low": 1, "likely": 3, "high": 2}}}, "body.mass_kg", "low < high"),
-        ({"body": {"mass_kg": {"low": -1, "high": 2}}}, "body.mass_kg", "within 1e-06"),
-        ({"body": {"mass_kg": {"percent": 200}}}, "body.mass_kg", "within 1e-06"),
+        ({"body": {"mass_kg": {"low": -1, "high": 2}}}, "body.mass_kg", "within 1e-6"),
+        ({"body": {"mass_kg": {"percent": 200}}}, "body.mass_kg", "within 1e-6"),
         ({"body": {"mass_kg": {"percent": -5}}}, "body.mass_kg", "low < high"),
         ({"wind": {"force_N[0]": {"percent": 5}}}, "wind.force_N[0]", "low < high"),
         (

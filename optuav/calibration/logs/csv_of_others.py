@@ -110,7 +110,7 @@ def read(path: Path, columns: Mapping[str, str]) -> Readings | None:
     if missing := [name for name in ("time", "current") if name not in places]:
         words = f"there is no column of the {' and of the '.join(missing)}; {OLD_NEW} names one"
         raise refusal(path, words)
-    readings = _cells(rows, places, decimal_comma=mark != ",")
+    readings = _cells(path, rows, len(headings), places, decimal_comma=mark != ",")
     return readings._replace(warnings=[CUT_OFF] if cut else [])
 
 
@@ -164,14 +164,22 @@ def _foreign(heading: str) -> tuple[str, float] | None:
 
 
 def _cells(
+    path: Path,
     rows: Iterator[tuple[int, list[str]]],
+    most: int,
     places: Mapping[str, tuple[int, float]],
     *,
     decimal_comma: bool,
 ) -> Readings:
-    """The samples of lines whose time and current are known, in order of time."""
-    kept, lost = list[list[float]](), 0
+    """The samples of lines whose time and current are known, in order of time.
+
+    In a line of more cells than headings, `most`, no cell is known to belong to its heading.
+    """
+    kept, lost, long = list[list[float]](), 0, 0
     for _, cells in rows:
+        if any(cells[most:]):
+            long += 1
+            continue
         values = list[float]()
         for name in NAMES:
             place, worth = places.get(name, (-1, 1.0))
@@ -182,6 +190,10 @@ def _cells(
             lost += 1
         else:
             kept.append(values)
+    if long > len(kept) + lost:
+        words = f"has {plural(long, 'line')} with more cells than its {plural(most, 'heading')}"
+        hint = "decimal commas go with semicolons or tabs between the columns"
+        raise refusal(path, f"{words}: {hint}" if not decimal_comma else words)
     table = np.array(kept).T if kept else np.empty((len(NAMES), 0))
     table, count = table[:, in_order(table[0])], len(kept)
     late = count - table.shape[1]
@@ -189,10 +201,11 @@ def _cells(
     states = (np.nan_to_num(by_name[name], nan=-1).astype(int) for name in ("armed", "landed"))
     series = ("time", "current", "voltage", "speed", "climb", "charge")
     notes = list[str]()
-    if lost or late:
-        parts = [f"{lost} without time or current"] * bool(lost)
+    if lost or late or long:
+        parts = [f"{long} with more cells than headings"] * bool(long)
+        parts += [f"{lost} without time or current"] * bool(lost)
         parts += [f"{late} whose time does not move on"] * bool(late)
-        of = f"{lost + late} of {plural(count + lost, 'line')}"
+        of = f"{long + lost + late} of {plural(long + count + lost, 'line')}"
         notes.append(f"{of} are not read: {' and '.join(parts)}")
     return Readings(Columns(*(by_name[name] for name in series), *states), 1, notes, ())
 

@@ -14,13 +14,14 @@ from optuav.calibration import csv
 from optuav.calibration.logs.samples import Columns, Readings, in_order
 from optuav.mission.files import label, refusal
 from optuav.mission.messages import plural
-from optuav.presentation.numbers import percent, seconds
+from optuav.presentation.numbers import figure, percent, seconds
 
 STILL_m_s = 1.0  # speed over ground below which an airborne UAV hovers
 LEVEL_m_s, LEVEL_SLOPE = 0.5, 0.2  # climb, and climb over speed, up to which flight is level
 LASTING_S = 5.0  # shortest hover, and span of a point of steady flight
 IDLE = 0.1  # share of the current in the air below which rotors stand
 AFLOAT = 0.5  # share of the current in the air below which rotors carry nothing
+FEW = 0.01  # share of wild values above which the unit of the column is in doubt
 USUAL = 75.0  # percentile of currents that is one in the air, where no state says so
 IN_THE_AIR = "ends in the air: its last part is missing"
 REST, HOVER, FLIGHT, OTHER = "rest", "hover", "flight", "other"
@@ -114,14 +115,14 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     """The log with its phases; refused if it has no current or ends before it begins."""
     samples, packs, notes, warnings, damaged = readings
     source, warned = label(path), [*warnings]
-    if damaged:
-        samples = _plausible(samples)
     current_A = samples.current_A
     measured = np.isfinite(samples.time_s) & np.isfinite(current_A)
     for sign in csv.UNKNOWN["current"]:
         measured &= ~np.isclose(current_A, sign, rtol=csv.ROUNDED_UNIT, atol=0.0)
     measured &= np.all(np.abs([samples.time_s, current_A]) < csv.LARGEST, axis=0)
-    samples = samples.only(measured)
+    samples, wild = _plausible(samples.only(measured), damaged=damaged)
+    notes = [*notes, *wild]
+    samples = samples.only(np.isfinite(samples.current_A))
     moves_on = in_order(samples.time_s)
     if (count := int(np.sum(~measured))) and measured.any():
         warned.append(f"{count} of {plural(len(measured), 'sample')} have no current")
@@ -144,6 +145,11 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
         warned.append(IN_THE_AIR)
     if not np.isfinite(samples.speed_m_s).any():
         warned.append("there are no speeds: hover and flight cannot be told apart")
+    elif not np.isfinite(samples.climb_m_s).any():
+        warned.append(
+            "there is no speed up or down: climbs and descents count as hover or level flight, "
+            "whose currents then are those of both"
+        )
     heads = tuple(f"{source}: {words}" for words in notes)
     for name, values in (
         ("current", samples.current_A),
@@ -159,18 +165,29 @@ def flight_log(path: Path, format: str, readings: Readings) -> FlightLog:
     )
 
 
-def _plausible(samples: Columns) -> Columns:
-    """Samples of a damaged log without the values that no UAV has; its units are not in doubt."""
+def _plausible(samples: Columns, *, damaged: bool) -> tuple[Columns, list[str]]:
+    """Samples without the values that no UAV has, and sentences that count these.
+
+    Where they are many, the unit of a column is in doubt instead, unless the log is damaged.
+    """
+    notes = list[str]()
 
     def known(kind: str, values: Floats) -> Floats:
-        _, most, _ = csv.USUAL[kind]
-        return np.where(np.abs(values) <= most, values, np.nan)
+        _, most, unit = csv.USUAL[kind]
+        wild = np.abs(values) > most
+        count = int(np.sum(wild))
+        if not count or (count > FEW * len(values) and not damaged):
+            return values
+        of = f"{count} of {plural(len(values), kind)}"
+        notes.append(f"left out are {of}: above {figure(most)} {unit}, which no UAV has")
+        return np.where(wild, np.nan, values)
 
-    return samples._replace(
+    plausible = samples._replace(
         current_A=known("current", samples.current_A),
         voltage_V=known("voltage", samples.voltage_V),
         speed_m_s=known("speed", samples.speed_m_s),
     )
+    return plausible, notes
 
 
 def _phases(samples: Columns) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.str_], Booleans]:

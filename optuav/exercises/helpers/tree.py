@@ -11,8 +11,9 @@ from scipy.optimize import linprog
 import optuav
 from optuav.looks import LOOKS, PHASES, SERIES
 from optuav.presentation.numbers import figure, fixed
+from optuav.silence import silent
 
-WHOLE = 1e-6  # Largest distance from a whole number that counts as rounding
+FROM_INTEGER = 1e-6  # Largest distance from a whole number that counts as rounding
 LOOK = {
     "open": ("white", PHASES["flight"]),
     "branched": (SERIES[3], LOOKS["muted"].light),
@@ -50,6 +51,7 @@ class Tree:
     best: list[float]
 
 
+@silent()
 def branch_and_bound(
     gain: Sequence[float],
     rows: np.ndarray,
@@ -74,7 +76,7 @@ def branch_and_bound(
         node = Node(branch, parent, low, high, bound, point, step)
         if bound == -np.inf:
             node.fates[step] = "infeasible"
-        elif np.abs(point - point.round()).max() < WHOLE:
+        elif np.abs(point - point.round()).max() < FROM_INTEGER:
             node.fates[step] = "best" if bound > best else "dropped"
             best = max(best, bound)
         tree.nodes.append(node)
@@ -83,7 +85,7 @@ def branch_and_bound(
     while True:
         waiting = [node for node in tree.nodes if node.fate(step) == "open"]
         for node in waiting:
-            if node.bound <= best + WHOLE:
+            if node.bound <= best + FROM_INTEGER:
                 node.fates[step] = "dropped"
         waiting = [node for node in waiting if node.fate(step) == "open"]
         tree.bounds.append(max([best, *(node.bound for node in waiting)]))

@@ -181,7 +181,9 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
   if (most?.drones > most_y) picture.beyond([x(most.power_W), y(most.drones)], `${most.drones}`, INK);
   const spots = d3.range(0.05, 0.9, 0.1).flatMap((share) => [-6, 1.1 * size].map((below) =>
     ({x: x(share * most_x), y: y(drones) + below, anchor: "start", cost: below > 0 ? 1 : 0})));
-  const beside = d3.range(1, 8).map((row) => ({x: x(most_W) - 5 * u, y: y(most_y) + row * size, anchor: "end"}));
+  const beside = d3.range(1, 8).map(
+    (row) => ({x: x(most_W) - 5 * u, y: y(most_y) + row * size, anchor: "end"}),
+  );
   const accepts = `${most_W.toFixed(0)} W`;
   for (const words of [`most the battery accepts: ${accepts}`, `battery: ${accepts}`]) {
     if (most_W <= most_x && picture.put([words], beside, {...axis, needed: false})) break;

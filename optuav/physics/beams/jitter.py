@@ -15,7 +15,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 REACH = 7.5
 """Standard deviations beyond which a normal density is left out: less than 1e-12 of it."""
 FARTHEST = 8.5  # Displacement in standard deviations per axis; 2e-16 of the law lie beyond
-NEWTON_STEPS, NEAR = 24, 1e-6
+NEWTON_STEPS, SMALL_STEP = 24, 1e-6
 """Steps for the displacement where a limit begins to act, and a step small enough as a share
 of the standard deviation: an error there counts in its square."""
 PLACES_AT_ONCE = 256  # Places that are computed together: as many as fit the cache
@@ -70,7 +70,7 @@ def _limited(weights: Floats, a: Floats, w2: Floats, away: Floats, most: Floats)
         step = excess / np.maximum(slope[:, np.newaxis], TINY)
         inside = (low <= r + step) & (r + step <= high)
         before, r = r, np.where(inside, r + step, 0.5 * (low + high))
-        if (np.abs(r - before) <= NEAR * away).all():
+        if (np.abs(r - before) <= SMALL_STEP * away).all():
             break
     rest = np.exp(-0.5 * (r / away) ** 2)
     return np.asarray(most * (1.0 - rest) + beyond(r) * rest - beyond(r, away**-2.0))[:, 0]

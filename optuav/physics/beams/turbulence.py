@@ -51,8 +51,8 @@ def _rising(S: Floats) -> Floats:
     """Density of S in (0, 1], Zolotarev's integral by the midpoint rule."""
     u = (np.arange(400) + 0.5) * np.pi / 400
     A = np.sin(5.0 * u / 6.0) ** 5 * np.sin(u / 6.0) / np.sin(u) ** 6
-    each = S[:, np.newaxis] ** -5.0
-    return np.asarray(5.0 / S * (each * A * np.exp(-each * A)).mean(axis=1))
+    steep = S[:, np.newaxis] ** -5.0
+    return np.asarray(5.0 / S * (steep * A * np.exp(-steep * A)).mean(axis=1))
 
 
 def _falling(S: Floats) -> Floats:

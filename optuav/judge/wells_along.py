@@ -11,9 +11,8 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import kibam, packs
 from optuav.physics.kibam import Battery, Wells, held, holding_current
+from optuav.plan.data import JUDGE_TOLERANCE
 from optuav.plan.trace import FlightEvent, Trace
-
-JUDGE_TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
 
 FULL = 1e-12  # Share of the capacity that rounding may cost a full well [-]
 
@@ -111,10 +110,11 @@ def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
 def scheduled(mission: Mission, phases: Sequence[SimulatedPhase]) -> Course:
     """Packs that carry the phases under the mission's schedule; a phase is a job."""
     battery = mission.battery
-    pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
     begin = vehicle.start(mission).wells(mission.pool)
     begin_of_pack = Wells(*(float(well) / battery.packs for well in begin))
-    flown = packs.Packs(pack, battery.packs, battery.schedule, battery.period_s, begin_of_pack)
+    flown = packs.Packs(
+        mission.pack, battery.packs, battery.schedule, battery.period_s, begin_of_pack
+    )
     stretches, ends, events = list[WellStretch](), list[tuple[Wells, ...]](), list[FlightEvent]()
     for place, phase in enumerate(phases):
         before = _each(flown.wells)

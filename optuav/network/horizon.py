@@ -136,14 +136,14 @@ def survey(
         footprint = footprint[np.argsort(seen.slope[footprint], kind="stable")]
         reach = seen.spans[footprint]
         place, step = ragged(np.zeros_like(reach), reach)
-        each = footprint[place]
-        at, tall = (seen.first[each] + step) % seen.bearings, seen.slope[each]
+        filling = footprint[place]
+        at, tall = (seen.first[filling] + step) % seen.bearings, seen.slope[filling]
         np.maximum.at(horizon, at, tall)
         np.add.at(standing, at, 1)
         # If it fills a bearing, it likely blocks lower lines; the last of equals stays.
         fills = ((step > 0) & (step < reach[place] - 1)) | (reach[place] < 3)
         fills &= tall >= highest[at]
-        highest[at[fills]], blocker[at[fills]] = tall[fills], each[fills]
+        highest[at[fills]], blocker[at[fills]] = tall[fills], filling[fills]
     return (ways.steepness >= needed) & (later == 0), likely
 
 

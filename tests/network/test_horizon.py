@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from optuav.arrays import Floats, Integers
 from optuav.mission.building_columns import of_polygons
+from optuav.network import horizon
 from optuav.network import obstacles as sight
-from optuav.network import sweep
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.prisms import Prisms, prisms
 from tests.network.test_obstacles import L_SHAPE, is_crossed, star
@@ -47,18 +47,18 @@ def surveyed(
     start_m = np.broadcast_to(place_m, ends_m.shape)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sight, "MANY", 1)
-        patch.setattr(sweep, "FOOTPRINTS_AT_ONCE", 4)
+        patch.setattr(horizon, "FOOTPRINTS_AT_ONCE", 4)
         for most in ("MOST_CORNERS", "MOST_PAIRS"):
-            patch.setattr(sweep, most, 500)
+            patch.setattr(horizon, most, 500)
         followed = list[int]()
         follow = sight._followed
         patch.setattr(
             sight, "_followed", lambda *each: (followed.append(len(each[1][0].T)), follow(*each))[1]
         )
         found = crossed(obstacles, start_m, ends_m, exempt)
-        seen = sweep.view(obstacles, place_m)
-        ways = sweep.lines_from(place_m, ends_m, seen.bearings)
-        pairs = [*sweep.candidates(seen, ways, np.arange(len(ends_m)))]
+        seen = horizon.view(obstacles, place_m)
+        ways = horizon.lines_from(place_m, ends_m, seen.bearings)
+        pairs = [*horizon.candidates(seen, ways, np.arange(len(ends_m)))]
     likely = [pair for each in pairs for pair in zip(*map(np.ndarray.tolist, each), strict=True)]
     return found, likely, sum(followed)
 
@@ -75,7 +75,7 @@ def check(obstacles: Prisms, place_m: Floats, ends_m: Floats, exempt: Integers) 
     assert met >= set(zip(np.flatnonzero(blocked).tolist(), number.tolist(), strict=True))
     # Nothing in the way is overlooked.
     assert len(likely) == len(set(likely))
-    around = np.flatnonzero(sweep.view(obstacles, place_m).near_m == 0.0).tolist()
+    around = np.flatnonzero(horizon.view(obstacles, place_m).near_m == 0.0).tolist()
     assert {pair for pair in met if pair[1] not in around} <= set(likely)
     return followed
 
@@ -198,11 +198,11 @@ def test_few_footprints_are_tried(
     place_m = np.array([roofs_m[:, 0].mean(), 0.0, height_m])
     start_m, own = np.broadcast_to(place_m, roofs_m.shape), np.arange(20_000)[:, None]
     found = crossed(obstacles, start_m, roofs_m, own)
-    seen = sweep.view(obstacles, place_m)
-    ways = sweep.lines_from(place_m, roofs_m, seen.bearings)
-    _, likely = sweep.survey(seen, ways, obstacles, own)
+    seen = horizon.view(obstacles, place_m)
+    ways = horizon.lines_from(place_m, roofs_m, seen.bearings)
+    _, likely = horizon.survey(seen, ways, obstacles, own)
     (clear,) = np.nonzero(found == CLEAR)
-    tried = sum(len(line) for line, _ in sweep.candidates(seen, ways, clear))
+    tried = sum(len(line) for line, _ in horizon.candidates(seen, ways, clear))
     assert tried < most * len(roofs_m)
     blocked = found != CLEAR
     assert (likely[blocked] == found[blocked]).mean() > 0.95
