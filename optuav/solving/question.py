@@ -278,7 +278,9 @@ def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[
         and (mission is None or sorted(wanted) == sorted(names))
     ):
         rule = f"each device once: {', '.join(names)}" if names else "left out with one device"
-        yield Fault("device_order", shown(wanted), f"must be {rule}")
+        absent = [name for name in names if isinstance(wanted, tuple) and name not in wanted]
+        lacks = f"; without {', '.join(absent)} here" if absent else ""
+        yield Fault("device_order", shown(wanted), f"must be {rule}{lacks}")
     if not names or mission is None:
         return
     if isinstance(problem, Cycle):

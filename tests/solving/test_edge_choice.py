@@ -251,6 +251,7 @@ def test_the_page_does_not_grow_with_the_town() -> None:
     assert "u_end,j ≥ u_begin,j + 1 − 5·(1 − x_j)" in page
     assert "T'_j ≤ (T_max − L_j)·x_in,j" in page
     assert "η_end,j ≤ η_begin,j − (Q_j + I_begin,j·Δ)" in page
+    assert "current where it begins, …" in page
 
 
 @pytest.mark.parametrize("ending", ["lp", "mps"])
