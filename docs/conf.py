@@ -281,7 +281,7 @@ def survey(app: Any, tree: nodes.document, page: str) -> None:
     for section in sections:
         title = escape(section.next_node(nodes.title).astext())
         picture = app.env.images[section.next_node(nodes.image)["uri"]][1]
-        image = f'<img src="_images/{picture}" alt="" loading="lazy">'
+        image = f'<img src="_images/{picture}" alt="Picture of the section {title}">'
         shown.append(f'<a class="thumbnail" href="#{section["ids"][0]}">{image}{title}</a>')
     grid = f'<nav class="overview" aria-label="All pictures">{"".join(shown)}</nav>'
     gallery.insert(gallery.index(sections[0]), nodes.raw("", grid, format="html"))
@@ -324,7 +324,7 @@ def complete_page(
     """Link pictures to their files, add those for the dark, and keep the text for excerpts."""
     if "body" not in context:
         return None
-    context["metatags"] += described(context)
+    context["metatags"] += described(context, app.config.html_baseurl)
     context["body"] = PICTURE.sub(r'<a href="\1">\g<0></a>', context["body"])
     context["body"] = IMAGE.sub(twins, context["body"])
     words = MARK.sub(" ", INLINE.sub("", context["body"]))
@@ -332,15 +332,22 @@ def complete_page(
     return "bare.html" if page in BARE else None
 
 
-def described(context: dict[str, Any]) -> str:
-    """What a search engine and a link to a page show of it: title, first paragraph, a picture."""
+def described(context: dict[str, Any], site: str) -> str:
+    """What a search engine and a link to a page show of it: title, first paragraph, a picture.
+
+    The picture has the whole address if that of the site is known, as few readers of links follow
+    another one.
+    """
+    preview = "_static/preview.png"
     first = PARAGRAPH.search(context["body"])
     words = re.sub(r"\s+", " ", unescape(MARK.sub("", first[1] if first else ""))).strip()
     title = unescape(MARK.sub("", context["title"]))
     shown = {
         "og:title": title,
         "og:description": words,
-        "og:image": context["pathto"]("_static/preview.png", resource=True),
+        "og:image": f"{site.rstrip('/')}/{preview}"
+        if site
+        else context["pathto"](preview, resource=True),
         "og:type": "website",
     }
     tags = "".join(

@@ -44,6 +44,9 @@ STYLE = """
 .card p {{color: var(--muted); font-size: 15px; line-height: 1.45; margin: 0}}
 .card text {{fill: var(--ink); font-size: 13px}}
 .card .soft {{fill: var(--muted); font-size: 12px}}
+.card .on-bar {{font-size: 12px; font-weight: 600; text-anchor: middle}}
+.card .on-hover {{fill: var(--on-dark)}}
+.card .on-rest {{fill: var(--edge)}}
 .card .end {{text-anchor: end}}
 .card .middle {{text-anchor: middle}}
 .card .wall {{fill: color-mix(in srgb, var(--muted) 45%, var(--panel))}}
@@ -177,11 +180,14 @@ def day() -> str:
                         f'<rect x="{DAY_LEFT + x:.1f}" y="{top}" width="{max(width, 1.5):.1f}" '
                         f'height="{DAY_HEIGHT}" style="fill: var(--{kind})"/>'
                     )
+                    if number == 0 and kind != "flight":
+                        middle = DAY_LEFT + x + width / 2.0
+                        marks.append(signs.text(middle, top + 12.5, kind, f"on-bar on-{kind}"))
                 at_s += duration_s
     hours = f"{period_s / 3600.0:.1f} h"
     below = DAY_TOP + DAY_STEP * fleet.drones + 10
     marks.append(signs.text(DAY_LEFT, below, f"{fleet.drones} drones take turns: no gap", "soft"))
-    marks.append(signs.text(DAY_RIGHT, below, hours, "soft end"))
+    marks.append(signs.text(DAY_RIGHT, below, f"one cycle: {hours}", "soft end"))
     told = (
         f"A bar for each of {fleet.drones} drones over {hours}: while one hovers, the others rest, "
         "and every moment is covered."

@@ -124,6 +124,7 @@ STYLE = """
 .lands .verdict {{fill: var(--flies)}}
 .film .ground {{stroke: var(--muted)}}
 .film .building {{fill: var(--line)}}
+.film .destination {{fill: var(--ink)}}
 .film .fall {{fill: none; stroke: var(--dry); stroke-dasharray: 5 4; stroke-width: 2.5}}
 .film .vessel {{fill: none; stroke: var(--muted)}}
 .film .available {{fill: var(--available)}}
@@ -170,7 +171,7 @@ def films() -> tuple[Film, Film]:
             "falls",
             "A published optimum",
             f"✕ falls at {dry_s:.0f} s",
-            f"{published.hover_time_s:.0f} s of hover promised, charge left: {left}",
+            f"promised: {published.hover_time_s:.0f} s of hover, {left} charge left",
             "The drone rests on a roof, where a laser charges it, and flies on to hover near a "
             f"device. After {dry_s:.0f} s it falls. {' '.join(_reason(falls, dry_s))}",
         ),
@@ -252,7 +253,9 @@ def _drawn(film: Film, whole_s: float) -> tuple[str, str]:
         for phase in replayed.phases
         if phase.start_s < flown_s
     ]
-    if dry_s is not None:
+    if dry_s is None:
+        scene += _destination(*at(end_s))
+    else:
         steps, marks = _fall(*at(dry_s))
         marks += [
             signs.text(LEFT, REASON_TOP + REASON_STEP * number, words, "late")
@@ -336,6 +339,12 @@ def _scene(
         signs.line("way", *way),
         signs.text(max(roof[0], 46.0), roof[1] - 20, "charging", "middle word rest"),
     ]
+
+
+def _destination(x: float, y: float) -> list[str]:
+    """The end of the way, a point in the air [px] below the drone, and its name."""
+    sign = f'<path class="destination" d="M{x:.1f} {y + 4:.1f}l6 9 -6 9 -6 -9z"/>'
+    return [sign, signs.text(x + 8, y + 37, "destination", "end")]
 
 
 def _fall(x: float, y: float) -> tuple[list[tuple[float, str]], list[str]]:

@@ -42,7 +42,10 @@ SYMBOLS = {"charge": "η ≥ η₀", "deadline": "Δ + T′ ≤ T_max − T_fl"}
 SYMBOLS |= {"dry": "y₁ ≥ 0", "overfull": "y₁ ≤ ωB"}
 """Limits in symbols, by role."""
 SEEN_S = 0.005  # Gain that two decimals show [s]
-STEPS_IN_WORDS = {"battery.packs": "one more pack", "limits.deadline_s": "one more second"}
+STEPS_IN_WORDS = {
+    "battery.packs": "one more pack",
+    "limits.deadline_s": "one more second of deadline",
+}
 SAME_SHARE = 1e-6  # Largest relative difference of equal times or charges
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
 PARAMETER_NOUNS = {

@@ -105,12 +105,13 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     end_h = rounded_up(TURNS_DRAWN * fleet.starts_every_s * fleet.drones / HOUR_S)
     turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W, roof)]
-    hovers, flies, rests = map(lasting, (cycle.hover_s, cycle.flight_s, cycle.rest_s))
+    durations_s = {"hover": cycle.hover_s, "flight": cycle.flight_s, "rest": cycle.rest_s}
+    durations_s |= {"wait": fleet.rows[0]["wait_s"]}
     some = "; the first ones are drawn" * (fleet.drones > MOST_DRONES)
     return {
         "title": f"One drone on {roof} covers {percent(cycle.share)} of the day",
+        "key": [(kind, f"{kind} {lasting(s)}") for kind, s in durations_s.items() if s > 0.0],
         "notes": [
-            f"Hover {hovers}, flight {flies}, rest {rests}.",
             f"{fleet.drones} drones leave no gap: {fleet.places} places, "
             f"{fleet.beams} beams{some}.",
         ],

@@ -28,7 +28,7 @@ def in_slider_words(text: str, mission: Mission) -> str:
         read = with_unit(value, slider.unit)
         name = _lower(slider.label)
         text = re.sub(
-            rf"{re.escape(key)} = [\d.e+]+( {slider.unit})?", f"the {name} of {read}", text
+            rf"{re.escape(key)} = [-−\d.e+]+( {slider.unit})?", f"the {name} of {read}", text
         )
         text = text.replace(key, f"{name}: {read}")
     return text

@@ -27,12 +27,12 @@ COLOURS = {
 }
 """Colours of bars by name, in their order side by side."""
 PRINTED = {
-    "battery": "Battery Persp.",
-    "energy": "Ener. Persp.",
-    "adjusted": "Adj. Ener. Persp.",
-    "available": "available well\n(ours)",
+    "battery": "battery\nperspective",
+    "energy": "energy\nperspective",
+    "adjusted": "adjusted energy\nperspective",
+    "available": "available well\n(optuav)",
 }
-"""Names of groups that are perspectives, as the paper's figures print them."""
+"""Names of groups that are perspectives: those of the paper, and that of optuav."""
 LONG = 1000.0  # Least number that is written without a decimal
 GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"

@@ -96,7 +96,9 @@ def plane(
     for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
         highest_s = max([0.0, *values_s[-1:], *(point[number] for point in points)]) or 1.0
         ax.set(**{name: (-MARGIN * highest_s, (1.0 + MARGIN) * highest_s)})
-    ax.set_title("\n".join([model.title, *[" → ".join(map(drawable, route))] * bool(route)]))
+    way = ["\n" + " → ".join(map(drawable, route))] * bool(route)
+    words = model.title.replace(": ", ", ", 1)  # After the mission's own colon
+    ax.set_title(style.titled(flown[0].mission.name, words, *way) if flown else model.title)
     ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
     style.group_thousands(ax)
     handles = list(_draw_constraints(ax, drawn, route))

@@ -160,14 +160,19 @@ def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
 
 
 def mission_and_question(
-    source: Mission | str | Path, *options: Any, **named: Any
+    source: Mission | str | Path,
+    problem: Formulation | ProblemName = "P1",
+    perspective: str = AVAILABLE,
+    slot_s: float | None = None,
+    engine: str | Engine = "auto",
+    time_limit_s: float | None = None,
 ) -> tuple[Mission, Question]:
     """The mission of a source and the question about it; refused with the faults of both."""
     mission, question, faults = None, None, list[Fault]()
     with collected(faults):
         mission = load(source)
     with collected(faults):
-        question = checked_question(mission, *options, **named)
+        question = checked_question(mission, problem, perspective, slot_s, engine, time_limit_s)
     refuse(faults)
     assert mission is not None
     assert question is not None
@@ -273,7 +278,9 @@ def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[
         and (mission is None or sorted(wanted) == sorted(names))
     ):
         rule = f"each device once: {', '.join(names)}" if names else "left out with one device"
-        yield Fault("device_order", shown(wanted), f"must be {rule}")
+        absent = [name for name in names if isinstance(wanted, tuple) and name not in wanted]
+        lacks = f"; without {', '.join(absent)} here" if absent else ""
+        yield Fault("device_order", shown(wanted), f"must be {rule}{lacks}")
     if not names or mission is None:
         return
     if isinstance(problem, Cycle):

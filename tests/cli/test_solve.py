@@ -110,7 +110,7 @@ def test_a_key_of_one_device_does_not_drop_several(setting: str, ours: str) -> N
     [
         (["limits.deadline_s=60"], "the flight takes 75.79 s"),
         (["body.mass_kg=50"], "the UAV cannot fly"),
-        (["laser=", "limits.min_soc=0.95"], "P1.b state of charge"),
+        (["laser=", "limits.min_soc=0.95"], "charge left: "),
     ],
 )
 def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:

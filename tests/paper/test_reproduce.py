@@ -255,7 +255,7 @@ def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: P
     """Straight on 89 % would be left, with a rest more."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.min_soc": 0.9}))
     text = report(tmp_path)
-    assert "No plan: direct (P1.b state of charge: 0.891068 >= 0.9" in text
+    assert "No plan: direct (charge left: 89.11 % ≥ 90 %" in text
     assert "has no plan" not in text
     assert not re.search(r"\bnan\b", text)
 
@@ -387,7 +387,11 @@ def test_bars_stand_for_the_plans() -> None:
     """Perspectives are the groups and trajectories the bars, as in the paper's figures."""
     shown = exhibits("perspectives", small())["hover-time.small.1200s"]
     labels = [text.get_text() for text in shown.axes.get_xticklabels()]
-    assert labels[:3] == ["Battery Persp.", "Ener. Persp.", "Adj. Ener. Persp."]
+    assert labels[:3] == [
+        "battery\nperspective",
+        "energy\nperspective",
+        "adjusted energy\nperspective",
+    ]
     heights = [patch.get_height() for patch in shown.axes.patches]
     assert heights == pytest.approx([each["hover_time_s"] for each in shown.records])
     assert heights[:4] == pytest.approx([688.848, 715.048, 719.540, 719.540], abs=1e-3)

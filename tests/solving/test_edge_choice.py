@@ -251,6 +251,7 @@ def test_the_page_does_not_grow_with_the_town() -> None:
     assert "u_end,j ≥ u_begin,j + 1 − 5·(1 − x_j)" in page
     assert "T'_j ≤ (T_max − L_j)·x_in,j" in page
     assert "η_end,j ≤ η_begin,j − (Q_j + I_begin,j·Δ)" in page
+    assert "current where it begins, …" in page
 
 
 @pytest.mark.parametrize("ending", ["lp", "mps"])
@@ -277,7 +278,7 @@ def test_no_plan_says_what_is_short() -> None:
     assert late.plan.status is Status.INFEASIBLE
     assert "longer than limits.deadline_s = 70 s" in str(late)
     short = along_edges(THREE.replace({"battery.capacity_As": 2000, "limits.deadline_s": 150}))
-    assert "P1.b state of charge" in str(short)
+    assert "charge left: −198.46 % ≥ 5 %" in str(short)
     graph = optuav.graph(THREE)
     graph.remove_edges_from([*graph.in_edges("west")])
     lost = along_edges(THREE, graph=graph)

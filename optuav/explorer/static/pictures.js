@@ -13,10 +13,22 @@ const NAMES = {...NUMBERS, tickFormat: String, fill: colour("ink")};
 export function drawPicture(draw, {picture: data}, {axes, ...look}) {
   const named = look.width < NARROW_PX * look.u ? [] : [data.title]; // Above the picture
   const said = [data.title, ...data.notes].filter((words) => !named.includes(words));
-  const notes = make("ul", {class: "notes"}, ...said.map((words) => make("li", {}, words)));
+  const key = data.key ? [make("li", {class: "key"}, ...data.key.map(keyed))] : [];
+  const notes = make("ul", {class: "notes"}, ...key, ...said.map((words) => make("li", {}, words)));
   draw.replaceChildren(notes);
   const height = look.height - notes.offsetHeight;
   draw.prepend(...DRAWN[data.name](data, {...look, height, axes: axes ?? data.axes}));
+}
+
+// The colour of a phase, and its words.
+function keyed([kind, words]) {
+  const swatch = make("i");
+  swatch.style.background = phaseColour(kind);
+  return make("span", {}, swatch, words);
+}
+
+function phaseColour(kind) {
+  return colour(kind === "wait" ? "line" : kind);
 }
 
 // Around a picture, with room for the widest name at its left.
@@ -132,7 +144,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
       Plot.axisX(hours.filter((hour) => hour < 0.97 * end), {...NUMBERS, tickFormat: unit}),
       Plot.axisY([...named, COVERS], {...NAMES, tickFormat: numbered}),
       more && Plot.barX([{start_h: covered_h, end_h: end}], others),
-      Plot.barX(stays, {...bar, y: "drone", fill: ({kind}) => colour(kind === "wait" ? "line" : kind)}),
+      Plot.barX(stays, {...bar, y: "drone", fill: ({kind}) => phaseColour(kind)}),
       Plot.barX(stays, {...bar, ...covers, fill: colour("hover")}),
     ],
   }).plot;
@@ -172,7 +184,10 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
   const beside = d3.range(1, 8).map(
     (row) => ({x: x(most_W) - 5 * u, y: y(most_y) + row * size, anchor: "end"}),
   );
-  if (most_W <= most_x) picture.put([`battery: ${most_W.toFixed(0)} W`], beside, {...axis, needed: false});
+  const accepts = `${most_W.toFixed(0)} W`;
+  for (const words of [`most the battery accepts: ${accepts}`, `battery: ${accepts}`]) {
+    if (most_W <= most_x && picture.put([words], beside, {...axis, needed: false})) break;
+  }
   if (drones <= most_y) picture.put([`laser: ${drones}`], spots, {...STRONG, fill: "laser"});
   else picture.beyond([left, y(drones)], `laser: ${drones}`, {fill: "laser"});
   return picture.plot;

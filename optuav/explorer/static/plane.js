@@ -7,6 +7,7 @@ const FAINTEST = 0.25; // Of the trail
 const NARROW_PLANE_PX = 440;
 const SHORT_PX = 230;
 const MOST_NOWHERE = 3; // Limits that are told to hold nowhere
+const OUTWARD = {start: 1, middle: 0, end: -1}; // By where words begin
 const CORNERS = [4, 5, 6, 7, 0, 1, 3, 2]; // Spots of `around` for the words of the optimum
 
 export function drawPlane(draw, {plane, verdict}, {axes, trail, slots, ...look}) {
@@ -155,9 +156,9 @@ function drawOptimum(picture, {best: [rest_s, hover_s], rests}, trail, mark, nar
   shape(plot, "path", {d: star, ...at, "stroke-width": 1.5 * u, ...yellow});
   const ring = {fill: "none", stroke: colour(mark?.role), "stroke-width": 2.5 * u};
   if (mark) shape(plot, "circle", {cx, cy, r: 15 * u, ...ring});
-  const spots = [20, 36].flatMap((gap) =>
-    around([cx, cy], gap * u, size, {lines: lines.length, order: CORNERS})
-      .map((spot) => ({...spot, cost: 3 * spot.cost + gap / 6})));
+  const spots = d3.cross([20, 36], [0, 50, 100]).flatMap(([gap, out]) =>
+    around([cx, cy], gap * u, size, {lines: lines.length, order: CORNERS}).map((spot) =>
+      ({...spot, x: spot.x + out * u * OUTWARD[spot.anchor], cost: 3 * spot.cost + gap / 6 + out / 8})));
   picture.put(lines, spots, {weight: 700, mark: narrow ? null : mark});
   if (narrow || !before.length || !trail[0].from) return;
   const [value, unit] = trail[0].from; // Of the control that was moved

@@ -152,7 +152,7 @@ function nameBand({picture, rows}, words, {lower, upper, apart, ...look}, near, 
 // Names of both wells, and the charge that must stay: in the bound well, or else on its line.
 function nameWells(view) {
   const {picture, wells: {least, least_Ah, always, holds_s, dry_s}, last, end} = view;
-  const {x, y, u} = picture;
+  const {x, y, u, size} = picture;
   const inWell = {lower: ({bound}) => bound, upper: ({upper}) => upper, apart: 2.6, ...ON_DARK};
   const inBound = {lower: () => least_Ah, upper: ({bound}) => bound, apart: 0.8, ...ON_FILL};
   const start = x(0) + 40 * u;
@@ -169,11 +169,14 @@ function nameWells(view) {
   const until_px = x(Math.min(holds_s[1], end));
   const from = always ? x(0) + 6 : until_px;
   const on = d3.range(until_px, x(0) + 6, -20).map((px) => ({...level, x: px, cost: Math.abs(px - from)}));
-  picture.put([short], on, {...STRONG, fill: "charge"});
+  const look = {...STRONG, fill: "charge"};
+  if (picture.put([short], on, {...look, needed: false})) return;
+  const beyond = {x: until_px + 8 * u, y: level.y - 1.25 * size, anchor: "start"};
+  picture.put([least, "must remain"], [beyond, ...on], look);
 }
 
 // The full battery and the moment past it, where words have room below the phases.
-function nameFull({picture, wells: {full_Ah, overfull_s}, end, narrow}) {
+function nameFull({picture, rows, wells: {full_Ah, overfull_s}, end, narrow}) {
   const {x, y, top, size, u} = picture;
   if (y(full_Ah) - top <= size) return;
   const look = {...STRONG, fill: "overfull", needed: false};
@@ -182,7 +185,11 @@ function nameFull({picture, wells: {full_Ah, overfull_s}, end, narrow}) {
   picture.put(["full"], spots, {...look, symbol: "B"});
   if (overfull_s === null) return;
   for (const words of [`past full from ${overfull_s.toFixed(0)} s`, "past full"].slice(narrow ? 1 : 0)) {
-    if (picture.put([words], [spot(x(overfull_s) + 6 * u, "start")], look)) return;
+    const beside = spot(x(overfull_s) + 6 * u, "start");
+    const ends_s = x.invert(beside.x + wide(words, size, 600));
+    const under = rows.filter(({time}) => time >= overfull_s && time <= ends_s);
+    const above = Math.min(beside.y, ...under.map(({upper}) => y(upper) - 6 * u));
+    if (picture.put([words], [{...beside, y: above}], look)) return;
   }
 }
 
