@@ -281,7 +281,7 @@ def survey(app: Any, tree: nodes.document, page: str) -> None:
     for section in sections:
         title = escape(section.next_node(nodes.title).astext())
         picture = app.env.images[section.next_node(nodes.image)["uri"]][1]
-        image = f'<img src="_images/{picture}" alt="" loading="lazy">'
+        image = f'<img src="_images/{picture}" alt="Picture of the section {title}">'
         shown.append(f'<a class="thumbnail" href="#{section["ids"][0]}">{image}{title}</a>')
     grid = f'<nav class="overview" aria-label="All pictures">{"".join(shown)}</nav>'
     gallery.insert(gallery.index(sections[0]), nodes.raw("", grid, format="html"))

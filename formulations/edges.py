@@ -284,7 +284,7 @@ def _keep_landings(
             start = ways.of_edge("soc", "η", start, k, "begins")
         end = ways.of_edge("soc", "η", end, k, "ends")
         figures = {
-            name: ways.of_edge(name, sign, value, k, "begins", unit)
+            name: ways.of_edge(OF_STAYS[sign], sign, value, k, "begins", unit)
             for name, (sign, unit, value) in stay.figures.items()
         } | {f"flight_{name}": ways.figure(name, sign, k) for name, sign in _drawn(given)}
         shortest = _after(given, figures, given.min_soc, 0.0, 0.0)
@@ -303,6 +303,10 @@ def _keep_landings(
         row = end <= left + slack * (1.0 - ways.flies[k - 1])
         label = PartedLabel("P1.b state of charge,", edge.name)
         model.subject_to(label, row, kind="state of charge")
+
+
+OF_STAYS = {"I": "current", "P": "power", "P_0": "received power"}
+"""Names of the figures of hovers and rests alike, which stand in one line of a page."""
 
 
 def _stays(

@@ -78,7 +78,8 @@ def route_choice(
     ``hover_time_s[k]`` and ``rest_time_s[k]``. Quantities that differ between routes are parameters
     ``name[k]``.
     """
-    title = "P1: longest hover within reach of the device, with or without a rest"
+    devices = "devices" if any(route.given.hovers for route in routes) else "device"
+    title = f"P1: longest hover within reach of the {devices}, with or without a rest"
     model = Model(f"{title}, on one of {len(routes)} routes")
     hover = model.variable("hover_time_s", "Δ", unit="s")
     rest = model.variable("rest_time_s", "T'", unit="s")

@@ -104,11 +104,14 @@ def _leave(plan: Plan) -> None:
 
 
 def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
-    """The plan of the same problem in the perspective that pictures compare with; or none."""
+    """The plan of the same problem in the perspective that pictures compare with, if it has one."""
     if not plan or plan.perspective not in OTHER_PERSPECTIVE or plan.mission.battery.takes_turns:
         return []
     perspective = OTHER_PERSPECTIVE[plan.perspective]
-    other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
+    try:
+        other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
+    except InputError:  # Not every perspective takes devices in any order
+        return []
     return [other] if other else []
 
 

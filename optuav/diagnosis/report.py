@@ -24,6 +24,7 @@ from optuav.presentation.presented import Presented
 from optuav.solving.constraint_words import constraint_words
 
 MOST_REPAIRS = 12
+MOST_CONFLICTS = 3  # Over several devices there are as many as there are kinds of routes
 EXACT = "rounded here; --json gives exact fractions"
 NO_REPAIR = (
     "no change of a single number, up to a factor of 1000, was found that makes it feasible; "
@@ -107,8 +108,11 @@ def _no_plan(explained: Explanation) -> Iterator[Block]:
     elif explained.conflicts or plan.proof == "physics":
         words = NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {BETWEEN_SLOTS}"
         yield Facts([("Repairs", words)])
-    for conflict in explained.conflicts:
+    for conflict in explained.conflicts[:MOST_CONFLICTS]:
         yield from conflict_blocks(conflict, plan.slot_s)
+    if others := explained.conflicts[MOST_CONFLICTS:]:
+        routes = sum(conflict.routes for conflict in others)
+        yield Facts([("Others", f"{routes} routes have conflicts of their own, listed by --json")])
     if any(conflict.certificates for conflict in explained.conflicts):
         yield Facts([("Exact", EXACT)])
 

@@ -136,9 +136,11 @@ def _flight(program: Program, none: Plan) -> Plan | None:
     if not program.parts:
         return None
     part, entry = route_model_of(program, none)
-    outcome = {"engine": "", "proof": none.proof, "status": Status.FEASIBLE}
     route = int(part.routes[entry])
-    flight = route_plan(program.question, program.network, route, (0.0, 0.0), **outcome)
+    asked, network, feasible = program.question, program.network, Status.FEASIBLE
+    flight = route_plan(
+        asked, network, route, (0.0, 0.0), engine="", proof=none.proof, status=feasible
+    )
     return flight.model_copy(update={"flyable": not flight.warnings})
 
 

@@ -196,8 +196,8 @@ def placed(flight: StatedFlight, drone: Mission, file: Path) -> FlightPlan:
     refuse(faults)
     goals = [*_on_roofs([*_goals(flight, home, point_m, drone, file)])]
     mission = drone.replace({"route.origin_m": home, "route.destination_m": goals[-1].at_m})
-    notes += _doubts(flight, goals, home, mission)
     notes += [] if stated_system(drone) is None else _far(home, drone)
+    notes += _doubts(flight, goals, home, mission)
     flown = [*_moves(goals, home, mission)]
     notes += [] if flight.judged_with is not None else _lit(mission, flown)
     if not flown:

@@ -45,7 +45,9 @@ def read_devices(path: Path, *, on_earth: bool = False) -> list[Document]:
     if (ending := path.suffix.lower()) not in readers:
         raise refusal(path, f"has none of the suffixes {', '.join(readers)}")
     try:
-        return rows_of_columns(readers[ending](path, names), names)
+        if not (listed := rows_of_columns(readers[ending](path, names), names)):
+            raise refusal(path, "has no devices, only names of columns")
+        return listed
     except InputError as error:
         faults = (replace(fault, source=fault.source or label(path)) for fault in error.faults)
         raise InputError(faults) from None

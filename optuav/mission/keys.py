@@ -94,27 +94,30 @@ def stated_value(mission: Mission, key: str) -> float | None:
     return found
 
 
-def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
-    """A fault for each key that is not a numeric one of missions."""
+def unknown_keys(keys: Iterable[str], mission: Mission | None = None) -> Iterator[Fault]:
+    """A fault for each key that is not a numeric one of missions, or of a mission's devices."""
     ranges = numeric_keys()
     words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
     for key in keys:
         if key.startswith("devices"):
             if not OF_DEVICE.fullmatch(key):
-                yield Fault(key, "", _words_of_device(key))
+                yield Fault(key, "", _words_of_device(key, mission))
         elif key not in ranges:
             # Components of a vector are all alike: the first is suggested
             alike = [name for name in ranges if "[" in key or not name.endswith(("[1]", "[2]"))]
             yield Fault(key, "", f"{words}{nearest(key, alike)}")
 
 
-def _words_of_device(key: str) -> str:
+def _words_of_device(key: str, mission: Mission | None) -> str:
     """What a key of a device must be, and what is most like it."""
     device, _, field = key.partition("[")[0].rpartition(".")
     places = " or ".join(f"devices.NAME.{place}[k]" for place in PLACES)
     words = f"must be {places}, k = 0 to 2"
     if field == "share":
         return f"{words}; shares cannot vary one by one, as they add up to 1"
+    names = [one.name for one in mission.devices] if mission else []
+    if names and device.startswith("devices.") and device.removeprefix("devices.") not in names:
+        return f"{words}; {no_item('devices', device, names)}"
     like = difflib.get_close_matches(field, PLACES, n=1) if device.startswith("devices.") else ()
     return f"{words}; did you mean '{device}.{like[0]}[0]'?" if like else words
 

@@ -171,7 +171,8 @@ def _read_table(document: Document, table: str, folder: Path, source: str) -> It
         document[table] = read[table](resolve_from(folder, named))
     except InputError as error:
         for fault in error.faults:
-            yield fault if fault.key else Fault(key, shown(named), str(fault), source)
+            words = f"the file {fault}" if fault.source else str(fault)
+            yield fault if fault.key else Fault(key, shown(named), words, source)
 
 
 def _joined(

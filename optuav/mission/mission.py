@@ -124,7 +124,9 @@ class Mission(Presented, MissionSection):  # noqa: PLW1641 (pydantic gives it th
         Strict(),
         fields.Listed,
         fields.NotEmpty,
-        fields.Allowed(f"1 to {fields.MOST_DEVICES} tables [[devices]] with name, position_m"),
+        fields.Allowed(
+            f"a list of 1 to {fields.MOST_DEVICES} tables [[devices]] with name, position_m"
+        ),
     ] = ()
     buildings: Annotated[
         Buildings,

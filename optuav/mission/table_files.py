@@ -66,6 +66,7 @@ def _of_csv(path: Path) -> Buildings:
 def csv_columns(path: Path) -> dict[str, Any]:
     """The columns of a CSV file; lines that are blank or begin with ``#`` do not count."""
     with refusals(path, "read"):
+        must_be_file(path)
         text = read_text(path, path.stat().st_size)
     lines: Iterable[str] = io.StringIO(text, newline=None)
     if "#" in text:

@@ -66,10 +66,11 @@ class StatedMission:
         return faults
 
     def _shown(self, key: Key) -> str:
-        """The value of a key as text; empty without one, and for a list of devices."""
+        """The value of a key as text; empty without one, of devices their number."""
         value = self.value(key)
-        listed = key == ("devices",) and isinstance(value, list | tuple) and value
-        return "" if value is UNKNOWN or listed else shown(value)
+        if key == ("devices",) and isinstance(value, list | tuple) and value:
+            return f"{len(value)} tables"
+        return "" if value is UNKNOWN else shown(value)
 
     def value(self, key: Key) -> object:
         """Return the value stated for a key, or UNKNOWN."""

@@ -16,6 +16,7 @@ from optuav.errors import Fault, refuse
 from optuav.fields import LARGEST
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.mission.validation import WHOLE_SHARE
 from optuav.network import vehicle
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
@@ -163,14 +164,24 @@ def _faults(view: Graph) -> Iterator[Fault]:
         is_kind = isinstance(own_kind, str) and own_kind in kinds
         kind = " or ".join(map(repr, kinds if several else kinds[:1]))
         is_bool = isinstance(data.get("laser_sight"), bool | np.bool_)
+        hovers, share = own_kind == "hover", _number(data.get("share"))
+        is_device = "device" not in data or (hovers and data["device"] == node)
+        is_share = "share" not in data or (hovers and 0.0 < share <= 1.0)
         for name, right, words in (
             ("kind", is_kind, f"must be {kind}"),
             ("position_m", inside, "must be three finite numbers [m]"),
             ("laser_sight", is_bool, "must be True or False"),
             ("received_power_W", 0.0 <= power_W <= LARGEST, "must be a number ≥ 0 [W]"),
+            ("device", is_device, "must be the name of its hover point, left out elsewhere"),
+            ("share", is_share, "must be a number, 0 < x ≤ 1, left out elsewhere"),
         ):
             if not right:
                 yield Fault(f"{_node(node)}.{name}", shown(data.get(name)), words, SOURCE)
+    # Devices out of reach have no node: the shares of the others are less than 1.
+    shares = [_number(share) for _, share in view.nodes(data="share", default=0.0)]
+    if (total := sum(shares)) > 1.0 + WHOLE_SHARE:
+        words = "the shares of all hover points add up to at most 1; change them in the mission"
+        yield Fault("share", figure(total), words, SOURCE)
     for start, end, data in view.edges(data=True):
         figures = {name: _number(data.get(name)) for name in EDGE_FIGURES}
         faulty = [name for name, figure in figures.items() if not 0.0 <= figure <= LARGEST]

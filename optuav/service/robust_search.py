@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from optuav.solving.balance import TIMES
 from optuav.solving.question import Question, solve_model
 from optuav.solving.ranking import best
 from optuav.solving.route_models import routes_by_kind
+from optuav.solving.route_plan import AnswerFields
 from optuav.status import SAME_S
 
 SHARE_HALVINGS = 10  # Halvings of the share of the box that a chance needs
@@ -40,7 +41,7 @@ class RobustTimes(NamedTuple):
     route: int
     hover_s: float
     rest_s: float
-    how: dict[str, Any]  # Engine, status and proof
+    how: AnswerFields  # Engine, status and proof
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -305,5 +306,9 @@ def _times(route: int, solution: Solution, programme: int = 0) -> RobustTimes:
         for name in TIMES
     )
     proof = f"corners of the box: {solution.proof}"
-    how = {"engine": solution.engine, "status": solution.statuses[programme], "proof": proof}
+    how: AnswerFields = {
+        "engine": solution.engine,
+        "status": solution.statuses[programme],
+        "proof": proof,
+    }
     return RobustTimes(route, hover_s, rest_s, how)

@@ -38,7 +38,8 @@ from optuav.solving.question import (
 )
 from optuav.solving.route_models import permitted_routes
 
-FIRST_ROUTES = 64  # Routes that are compared first; then twice as many, and so on
+FIRST_ROUTES = 64  # Routes that are compared first; then twice as many, and so on up to the most
+MOST_AT_ONCE = 1 << 15  # Few enough for bounded memory
 
 
 def orders_of(mission: Mission, problem: Formulation) -> Integers:
@@ -59,7 +60,7 @@ def with_routes(network: Network, question: Question) -> Network:
     """The network of several devices with the routes of a question that may be the best."""
     mission, problem = network.mission, question.problem
     if problem.device_order is None and len(mission.devices) > MOST_FREE:
-        refuse([too_many_orders()])
+        refuse([too_many_orders(mission)])
     orders = orders_of(mission, problem)
     if count_of_routes(mission, problem) <= MOST_ROWS:
         return replace(network, routes=build_routes(network.legs, network.buildings, orders))
@@ -75,7 +76,7 @@ def with_routes(network: Network, question: Question) -> Network:
         hovers_s = _hovers_s(rows, question, best_s)
         best_s = max(best_s, float(hovers_s.max(initial=0.0)))
         chosen = [*chosen, some[hovers_s >= best_s - SLACK_S]]
-        first, size = first + size, 2 * size
+        first, size = first + size, min(2 * size, MOST_AT_ONCE)
     if not (numbers := np.concatenate([*chosen, np.zeros(0, np.intp)])).size:
         return network  # No route has a plan: the mission's own order tells why
     order, roof, after = _decoded(bounds_s, orders, numbers)

@@ -28,7 +28,7 @@ from optuav.presentation.numbers import figure
 from optuav.solving.no_plan import plan_without, proof_of_none
 from optuav.solving.question import Question, not_with
 from optuav.solving.route_models import RouteModel
-from optuav.solving.route_plan import route_plan
+from optuav.solving.route_plan import AnswerFields, route_plan
 from optuav.status import Status
 
 ENGINE = "simulation"
@@ -98,7 +98,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Rout
         longer = "there may be a longer hover, not all pairs were tried"
         notes.append(f"the search {clock.ended}; {longer}")
     status = Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE
-    said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
+    said: AnswerFields = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
     return route_plan(question, network, route.number, (hover_s, rest_s), **said)
 
 

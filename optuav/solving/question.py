@@ -19,7 +19,7 @@ from optuav.engines import dispatch
 from optuav.engines.registry import AUTO, Engine, conforming, engine_names
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, collected, nearest, refuse
-from optuav.fields import REGISTERED_FIRST, SLOT, Range
+from optuav.fields import MOST_DEVICES, REGISTERED_FIRST, SLOT, Range
 from optuav.flight.model import FLIGHTS, CruisingModel
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
@@ -160,14 +160,19 @@ def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
 
 
 def mission_and_question(
-    source: Mission | str | Path, *options: Any, **named: Any
+    source: Mission | str | Path,
+    problem: Formulation | ProblemName = "P1",
+    perspective: str = AVAILABLE,
+    slot_s: float | None = None,
+    engine: str | Engine = "auto",
+    time_limit_s: float | None = None,
 ) -> tuple[Mission, Question]:
     """The mission of a source and the question about it; refused with the faults of both."""
     mission, question, faults = None, None, list[Fault]()
     with collected(faults):
         mission = load(source)
     with collected(faults):
-        question = checked_question(mission, *options, **named)
+        question = checked_question(mission, problem, perspective, slot_s, engine, time_limit_s)
     refuse(faults)
     assert mission is not None
     assert question is not None
@@ -273,7 +278,9 @@ def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[
         and (mission is None or sorted(wanted) == sorted(names))
     ):
         rule = f"each device once: {', '.join(names)}" if names else "left out with one device"
-        yield Fault("device_order", shown(wanted), f"must be {rule}")
+        absent = [name for name in names if isinstance(wanted, tuple) and name not in wanted]
+        lacks = f"; without {', '.join(absent)} here" if absent else ""
+        yield Fault("device_order", shown(wanted), f"must be {rule}{lacks}")
     if not names or mission is None:
         return
     if isinstance(problem, Cycle):
@@ -294,26 +301,28 @@ def _faults_of_devices(mission: Mission | None, question: Question) -> Iterator[
 
 def _faults_of_orders(mission: Mission, question: Question) -> Iterator[Fault]:
     """More orders of devices than are compared."""
-    count = len(mission.devices)
+    count, routes = len(mission.devices), count_of_routes(mission, question.problem)
     by_bounds = type(question.problem) in (P1, P3, P4) and question.engine == AUTO
     by_bounds = by_bounds and question.slot_s is None
     if along_edges(mission, question):
         return
     if count > MOST_FREE:
-        yield too_many_orders()
-    elif not by_bounds and (routes := count_of_routes(mission, question.problem)) > MOST_ROWS:
-        words = f"must name the devices in order, as their {routes} routes are compared only for "
-        words += "the longest hover in continuous times, by the engine auto"
-        yield Fault("device_order", "", words)
+        words = f"at most {MOST_FREE} in any order here; P1 takes up to {MOST_ALONG_EDGES} in any "
+        words += "order, in continuous times by the engine auto, with perspective "
+        words += f"{' or '.join(PAPER)}; solve takes up to {MOST_DEVICES} with a device_order"
+        yield Fault("devices", str(count), words)
+    elif not by_bounds and routes > MOST_ROWS:
+        words = f"must be fewer here: in any order they have {routes} routes, one by one at most "
+        words += f"{MOST_ROWS} are compared; P1, P3 and P4 take more in continuous times by the "
+        words += "engine auto, and so does a stated device_order"
+        yield Fault("devices", str(count), words)
 
 
-def too_many_orders() -> Fault:
-    """The fault of more devices in any order than are compared."""
-    words = f"must name the devices in order, as there are more than {MOST_FREE}: here every route "
-    words += "is looked at, and their orders are too many; solve and route_choice choose along "
-    words += f"edges instead, for P1 over up to {MOST_ALONG_EDGES} devices in any order, in "
-    words += f"continuous times and the perspectives {', '.join(PAPER)}: their plan has an order"
-    return Fault("device_order", "", words)
+def too_many_orders(mission: Mission) -> Fault:
+    """The fault of more devices in any order than are compared, where every route is declared."""
+    words = f"at most {MOST_FREE} in any order, as every route is declared here; state a "
+    words += "device_order, such as that of the plan that solve finds along edges"
+    return Fault("devices", str(len(mission.devices)), words)
 
 
 def along_edges(mission: Mission, question: Question) -> bool:

@@ -23,9 +23,9 @@ from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.engines.registry import AUTO
-from optuav.errors import NoPlanError, SolverError, printable, refuse
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import unlisted
+from optuav.mission.messages import shown, unlisted
 from optuav.modelling import Model
 from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph, network_of
@@ -41,7 +41,13 @@ from optuav.solving.edge_choice import AGREES_S, best_along_edges
 from optuav.solving.files import writer
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import Question, checked_question, solve_model
+from optuav.solving.question import (
+    MOST_FREE,
+    Question,
+    along_edges,
+    checked_question,
+    solve_model,
+)
 from optuav.solving.route_models import RouteModel
 from optuav.solving.route_plan import plan_of
 from optuav.solving.solve import formulate
@@ -187,11 +193,14 @@ def route_choice(
     devices = None if device_order is None else tuple(device_order)
     problem = P1(trajectory=trajectory, order=order, device_order=devices)
     engine = Cvxpy(solver=solver)
+    # Along edges every order may be chosen: no engine on routes is asked.
+    question = checked_question(known, problem, perspective, slot_s, AUTO, time_limit_s)
     if form == "edges":
-        # Every order may be chosen, so that the question is not checked for one engine on routes.
-        question = checked_question(known, problem, perspective, slot_s, AUTO, time_limit_s)
         question = replace(question, engine=engine)
         return _along_edges(question, network_of(known, graph), graph)
+    if along_edges(known, question):
+        words = f"must be 'edges' over more than {MOST_FREE} devices in any order"
+        raise InputError([Fault("form", shown(form), words)])
     program = formulate(
         known,
         problem,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, NotRequired, TypedDict, Unpack
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from optuav.solving.balance import TIMES
 from optuav.solving.constraint_words import words
 from optuav.solving.question import PROBLEM_NAMES, Question
 from optuav.solving.route_models import RouteModel
+from optuav.status import Status
 
 ROUNDED_SOC = 1e-9  # share of the capacity that rounding may take
 COUNT_ROUNDING = 1e-6  # Distance of an unknown from a whole number that is rounding
@@ -43,16 +44,31 @@ EDITED = {
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
 
 
+class AnswerFields(TypedDict):
+    """Fields of a plan that say how its answer is known."""
+
+    engine: str
+    proof: str
+    status: Status
+    notes: NotRequired[Sequence[str]]
+    reasons: NotRequired[tuple[str, ...]]
+    binding: NotRequired[tuple[str, ...]]
+    objective: NotRequired[float]  # The hover time, unless it says another
+    objective_unit: NotRequired[str]
+    bound: NotRequired[float]
+
+
 def plan_for(
     question: Question,
     network: Network,
     flown: Sequence[Phase] = (),
     given: Quantities | None = None,
     times_s: tuple[float, float] = (0.0, 0.0),
-    **found: Any,
+    **answer: Unpack[AnswerFields],
 ) -> Plan:
     """Return question and answer as a plan, with notes on its phases."""
-    mission, notes, packs = network.mission, [*found.pop("notes", ())], network.mission.battery
+    mission, notes, packs = network.mission, [*answer.get("notes", ())], network.mission.battery
+    fields: dict[str, Any] = {}
     if flown and given:
         edited = {phase.kind == "flight" for phase in flown if phase.edited}
         notes += (words for is_leg, words in EDITED.items() if is_leg in edited)
@@ -79,7 +95,7 @@ def plan_for(
                 only = "only the perspective battery counts that"
                 notes.append(f"charging slowed down near full, it tapers: {refused}; {only}")
         hover_s = sum(phase.duration_s for phase in flown if phase.kind == "hover")
-        found = {"objective": hover_s, "objective_unit": "s", **found, "phases": flown, "soc": soc}
+        fields = {"objective": hover_s, "objective_unit": "s", "phases": flown, "soc": soc}
     return Plan(
         mission=mission,
         problem=question.problem.name,
@@ -89,8 +105,7 @@ def plan_for(
         device_order=question.problem.device_order,
         perspective=question.perspective,
         slot_s=question.slot_s,
-        notes=tuple(notes),
-        **found,
+        **{**fields, **answer, "notes": tuple(notes)},
     )
 
 
@@ -107,12 +122,16 @@ def _slowed(network: Network, flown: Sequence[Phase]) -> str | None:
 
 
 def route_plan(
-    question: Question, network: Network, route: int, times_s: tuple[float, float], **found: Any
+    question: Question,
+    network: Network,
+    route: int,
+    times_s: tuple[float, float],
+    **answer: Unpack[AnswerFields],
 ) -> Plan:
     """The plan that flies a route, and hovers and rests there for some times [s]."""
     flown = simulated(network.mission, route_phases(network, route, *times_s))
     given = quantities(network, np.array([route]), steps=False)
-    return plan_for(question, network, flown, given, times_s, **found)
+    return plan_for(question, network, flown, given, times_s, **answer)
 
 
 def plan_of(

@@ -35,7 +35,7 @@ from optuav.solving.constraint_words import ENDS
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
 from optuav.solving.route_models import declarations
-from optuav.solving.route_plan import plan_for, replayed
+from optuav.solving.route_plan import AnswerFields, plan_for, replayed
 from optuav.solving.stops_by_charge import longest_by_charge
 from optuav.status import Status
 
@@ -224,8 +224,10 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         rest_received_W=float((net.power_W * share).sum()),
     )
     times = stops.hover_s, rest_time_s
-    said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
-    plan = plan_for(question, network, flown, values, times, **said, **open_)
+    said: AnswerFields = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
+    if status is Status.FEASIBLE:
+        said["bound"] = found.bound_s
+    plan = plan_for(question, network, flown, values, times, **said)
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
 

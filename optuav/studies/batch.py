@@ -18,7 +18,7 @@ from optuav.arrays import Floats
 from optuav.engines.registry import AUTO
 from optuav.errors import Fault, InputError, SolverError, collected, refuse, require
 from optuav.mission import Mission, load_all
-from optuav.mission.keys import numeric_keys, range_of
+from optuav.mission.keys import keys_of_missing_tables, numeric_keys, range_of
 from optuav.mission.messages import shown
 from optuav.network.network import Network
 from optuav.network.variants import Variants, as_variants
@@ -246,7 +246,7 @@ def solved_batch(
             wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
         ranges = {key: column for key, column in ranges.items() if key != ROOFS}
-    values = values_of(ranges, wrong := list[Fault](), paired=paired)
+    values = values_of(ranges, wrong := list[Fault](), paired=paired, missions=wholes)
     if several and paired:
         count = len(next(iter(values.values()), wholes))
         if wholes and count != len(wholes):
@@ -261,8 +261,10 @@ def solved_batch(
         all_scenarios = [Scenarios(whole, *ranges_of_each) for whole in wholes]
     questions = list[list[Question]]()
     for scenarios in all_scenarios:
-        if not wrong:
-            with collected(faults):
+        with collected(faults):
+            if wrong:  # Their number is not known, but the keys are
+                refuse(keys_of_missing_tables(scenarios.mission, values))
+            else:
                 check(scenarios)
         questions.append([])
         for name in perspectives:

@@ -7,13 +7,14 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
+from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, collected, refuse
 from optuav.fields import SLOT, Range
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, several, shown, unknown
 from optuav.options import Perspective
-from optuav.solving.question import LIMIT
+from optuav.solving.question import LIMIT, MOST_ROWS, count_of_routes
 from optuav.studies.compare_methods import (
     MethodComparison,
     Progress,
@@ -198,6 +199,10 @@ def compare(
         options = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
         others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
         refuse(Fault(f"battery.{n}", shown(own), f"{only!r}, {rest}") for n, own, only in others)
+        if studied.devices and (routes := count_of_routes(studied, P1())) > MOST_ROWS:
+            words = f"must be fewer: they have {routes} routes in any order, and by = 'method' "
+            words += f"compares at most {MOST_ROWS}; by = 'trajectory' takes more"
+            refuse([Fault("devices", str(len(studied.devices)), words)])
         lengths_s = default_slots_s(studied) if slots is None else slots
         able = COMPARED_ENGINES[counted]
         engine_names = able if chosen is None else (able[0], *chosen)

@@ -239,7 +239,7 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
         source, content = label(path), read_toml(path)
     spreads_found, faults, forms = list[Spread](), list[Fault](), [*dotted(content)]
     names = dict.fromkeys(name for name, _ in forms)
-    faults += unknown_keys(names)
+    faults += unknown_keys(names, mission)
     numeric = [name for name in names if range_of(name) is not None]
     faults += keys_of_missing_tables(mission, numeric)
     wrong = {fault.key for fault in faults}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -193,14 +193,19 @@ def check(found: Scenarios) -> None:
             mission.replace(seen)
 
 
-def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:
-    """Return values by key; append their faults for any mission to `faults`."""
+def values_of(
+    ranges: object, faults: list[Fault], *, paired: bool, missions: Sequence[Mission] = ()
+) -> dict[str, Floats]:
+    """Return values by key; append their faults for any mission to `faults`.
+
+    Those of a key that is unknown name the devices of the first mission.
+    """
     if not isinstance(ranges, Mapping):
         faults.append(Fault("ranges", shown(ranges), "values by key in a dict"))
         return {}
     values = dict[str, Floats]()
     values_by_key = dict(dotted(ranges))
-    faults += unknown_keys(values_by_key)
+    faults += unknown_keys(values_by_key, next(iter(missions), None))
     of_keys = ((key, range_of(key)) for key in values_by_key)
     for key, allowed in ((key, allowed) for key, allowed in of_keys if allowed is not None):
         values[key], fault = _column(key, values_by_key[key], allowed)

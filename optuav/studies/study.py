@@ -153,8 +153,10 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     with collected(faults):
         problem = stated_problem(study.problem)
     wrong = list[Fault]()  # What forbids to look at scenarios
-    grid = values_of(_ranges(study.grid, wrong), wrong, paired=False)
-    paired = values_of(_ranges(study.paired, wrong), wrong, paired=True)
+    named, source = is_name(study.mission), study.mission
+    loaded = load_all(source if named else resolve_from(path.parent, source, "mission"), wrong)
+    grid = values_of(_ranges(study.grid, wrong), wrong, paired=False, missions=loaded)
+    paired = values_of(_ranges(study.paired, wrong), wrong, paired=True, missions=loaded)
     spread, drawn = {**study.samples}, tuple[Spread, ...]()
     count, seed = spread.pop("count", 1), spread.pop("seed", 0)
     if study.samples:
@@ -163,8 +165,6 @@ def _plan(study: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
             wrong.append(Fault("count", "", COUNT.words))
         if not spread:
             wrong.append(Fault("samples", "", "at least one key with its distribution"))
-    named, source = is_name(study.mission), study.mission
-    loaded = load_all(source if named else resolve_from(path.parent, source, "mission"), wrong)
     questions = list[Question]()
     for mission in loaded:
         with collected(wrong):

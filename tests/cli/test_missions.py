@@ -249,7 +249,7 @@ def test_what_is_in_order_but_cannot_fly_is_told() -> None:
 def test_a_mission_without_a_plan_is_in_order_and_warned_of() -> None:
     for setting, why in {
         "limits.deadline_s=60": "the flight takes 75.79 s, longer than limits.deadline_s",
-        "battery.capacity_As=100": "P1.b state of charge",
+        "battery.capacity_As=100": "charge left",
     }.items():
         found = run("validate", "paper", "--set", setting)
         assert found.code == 0

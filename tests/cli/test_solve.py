@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 import optuav
 from optuav.plots import files
 from tests.cli.run import refused, run, widest, words
+from tests.several_devices import eight
 
 
 def test_a_plan() -> None:
@@ -109,7 +110,7 @@ def test_a_key_of_one_device_does_not_drop_several(setting: str, ours: str) -> N
     [
         (["limits.deadline_s=60"], "the flight takes 75.79 s"),
         (["body.mass_kg=50"], "the UAV cannot fly"),
-        (["laser=", "limits.min_soc=0.95"], "P1.b state of charge"),
+        (["laser=", "limits.min_soc=0.95"], "charge left: "),
     ],
 )
 def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
@@ -222,6 +223,20 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
     assert sorted(path.name for path in folder.iterdir()) == names
     # In each format the plan, and but for energy the one in the other perspective
     assert counts[12] > counts[3] >= 1
+
+
+def test_pictures_over_many_devices_have_no_plan_to_compare_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The wells are not asked about eight devices in any order; plan and pictures are written."""
+    pytest.importorskip("matplotlib")
+    others: list[object] = []
+    monkeypatch.setattr("optuav.plots.save_pictures", lambda *drawn: others.extend(drawn[2]) or [])
+    mission, plan = eight().save(tmp_path / "eight.toml"), tmp_path / "plan.json"
+    asked = ("solve", str(mission), *LINEAR, "--save", str(plan), "--plot", str(tmp_path))
+    assert run(*asked).code == 0
+    assert plan.exists()
+    assert others == []
 
 
 def test_pictures_cannot_go_where_a_file_is(tmp_path: Path) -> None:

@@ -699,6 +699,17 @@ def test_the_current_over_a_device_is_named_and_has_its_share_of_the_price() -> 
     assert "landing_" not in text
 
 
+def test_a_few_conflicts_stand_for_those_of_many_routes() -> None:
+    """Repairs and the conflicts of the fastest routes; all of them are in the data."""
+    explained = optuav.explain("three-sensors", optuav.P2(hover_time_s=99_999))
+    text = str(explained)
+    assert len(explained.conflicts) == 7
+    assert text.index("hover_time_s <= 2350") < text.index("Conflict")
+    assert text.count("\nConflict") == sum(len(e.proofs) for e in explained.conflicts[:3])
+    left = sum(conflict.routes for conflict in explained.conflicts[3:])
+    assert f"{left} routes have conflicts of their own" in text
+
+
 def test_a_rest_that_has_to_lie_between_is_explained() -> None:
     """A building stands between both hover points, and every plan flies around it by its roof."""
     at_m = {"p": [800.0, 1500.0, 50.0], "q": [800.0, 2000.0, 50.0]}

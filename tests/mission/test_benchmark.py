@@ -60,8 +60,8 @@ def test_the_set_has_what_its_page_says() -> None:
 
 REASONS = (
     "the flight takes",
-    "state of charge",
-    "not dry",
+    "charge left",
+    "available well not empty",
     "the device is out of reach",
     "P1.a outage",
     "P1.e altitude",

@@ -57,10 +57,14 @@ def test_every_fault_of_a_list_is_told_at_once() -> None:
     assert told["devices.hover.hover_m"].startswith("three numbers")
     assert told["devices[4].name"].startswith("is missing")
     assert told["devices[4].share"].startswith("is missing")
-    words = "1 to 100 tables [[devices]] with name, position_m"
+    words = "a list of 1 to 100 tables [[devices]] with name, position_m"
     assert faults({"devices": []}) == {"devices": words}
+    with pytest.raises(InputError, match=r"devices = 3: must be a list of 1 to 100 tables"):
+        PAPER.replace({"devices": 3})
     many = [device(f"d{k}") for k in range(101)]
     assert faults({"devices": many}) == {"devices": words}
+    with pytest.raises(InputError, match=r"devices = 101 tables: must be a list"):
+        PAPER.replace({"devices": many})
     uneven = [device("a", share=0.5), device("b", share=0.5 - 2e-9)]
     assert faults({"devices": uneven})["devices"].startswith(
         "must have shares that add up to 1; 0.5 of "
@@ -104,6 +108,12 @@ def test_a_file_names_a_table_of_devices(tmp_path: Path) -> None:
     }
     with pytest.raises(InputError, match=r"none of the suffixes .csv, .geojson"):
         load('devices_file = "two.gpkg"')
+    (tmp_path / "none.csv").write_text("name,x_m,y_m,z_m\n", "utf-8")
+    with pytest.raises(InputError, match=r"devices_file = 'none.csv': the file .*has no devices"):
+        load('devices_file = "none.csv"')
+    (tmp_path / "none.csv").unlink()
+    with pytest.raises(InputError, match=r"'none.csv': the file .*: there is no such file"):
+        load('devices_file = "none.csv"')
 
 
 def test_columns_are_judged() -> None:
@@ -150,6 +160,7 @@ def test_a_wrong_key_of_a_device_suggests_one(key: str, words: str) -> None:
         ("devices.north.positon_m[0]", "did you mean 'devices.north.position_m[0]'?"),
         ("devices.north.position_m", "did you mean 'devices.north.position_m[0]'?"),
         ("devices.north.hover_m[0]", "is a key only where the mission sets devices.north.hover_m;"),
+        ("devices.nor.position_m[5]", "did you mean 'devices.north'?"),
         ("devices.north.share", "shares cannot vary one by one, as they add up to 1"),
     ],
 )
@@ -168,3 +179,17 @@ def test_a_name_that_an_order_cannot_list_is_refused(name: str) -> None:
     """``--device-order a,b`` is two names, and blanks beside commas belong to none."""
     told = faults({"devices": [device(name), device("c")]})
     assert [words[:21] for words in told.values()] == ["a name without commas"]
+
+
+def test_all_wrong_keys_of_a_study_are_told_at_once() -> None:
+    """A device that does not exist beside a key that no mission has."""
+    mission = PAPER.replace({"devices": [device("west"), device("north")]})
+    keys = ["devices.nort.position_m[0]", "devices.north.position_m[5]"]
+    with pytest.raises(InputError) as caught:
+        optuav.batch(mission, {key: [1.0, 2.0] for key in keys})
+    assert sorted(fault.key for fault in caught.value.faults) == keys
+
+
+def test_an_order_of_devices_names_those_that_it_lacks() -> None:
+    with pytest.raises(InputError, match=r"each device once: a, b; without b here"):
+        optuav.solve(TWO, optuav.P1(device_order=("a",)))

@@ -20,6 +20,7 @@ from optuav.mission import Mission
 from optuav.network.graph import EDGE_FIGURES, edited_network
 from tests.examples import few
 from tests.mission.strategies import missions
+from tests.several_devices import three
 from tests.solving.by_hand import longest_of_all
 
 if TYPE_CHECKING:
@@ -313,6 +314,23 @@ def test_a_removed_hover_point_grounds_the_mission() -> None:
         "the leg origin → hover is not in the graph",
         "the leg hover → destination is not in the graph",
     )
+
+
+def test_devices_and_shares_are_changed_in_the_mission() -> None:
+    """A graph that changes them was solved with those of the mission."""
+    for name, value, key in (
+        ("device", "north", "nodes['west'].device"),
+        ("share", -0.1, "nodes['west'].share"),
+        ("share", 0.9, "share"),
+    ):
+        graph = optuav.graph(three())
+        assert optuav.validate_graph(graph) == ()
+        graph.nodes["west"][name] = value
+        assert [fault.key for fault in optuav.validate_graph(graph)] == [key]
+    graph = optuav.graph("paper")
+    graph.nodes["b3"].update(device="b3", share=0.5)
+    keys = [fault.key for fault in optuav.validate_graph(graph)]
+    assert keys == ["nodes['b3'].device", "nodes['b3'].share"]
 
 
 def test_a_graph_of_another_mission_is_refused() -> None:

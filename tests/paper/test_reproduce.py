@@ -255,7 +255,7 @@ def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: P
     """Straight on 89 % would be left, with a rest more."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.min_soc": 0.9}))
     text = report(tmp_path)
-    assert "No plan: direct (P1.b state of charge: 0.891068 >= 0.9" in text
+    assert "No plan: direct (charge left: 89.11 % ≥ 90 %" in text
     assert "has no plan" not in text
     assert not re.search(r"\bnan\b", text)
 

@@ -251,6 +251,7 @@ def test_the_page_does_not_grow_with_the_town() -> None:
     assert "u_end,j ≥ u_begin,j + 1 − 5·(1 − x_j)" in page
     assert "T'_j ≤ (T_max − L_j)·x_in,j" in page
     assert "η_end,j ≤ η_begin,j − (Q_j + I_begin,j·Δ)" in page
+    assert "current where it begins, …" in page
 
 
 @pytest.mark.parametrize("ending", ["lp", "mps"])
@@ -277,7 +278,7 @@ def test_no_plan_says_what_is_short() -> None:
     assert late.plan.status is Status.INFEASIBLE
     assert "longer than limits.deadline_s = 70 s" in str(late)
     short = along_edges(THREE.replace({"battery.capacity_As": 2000, "limits.deadline_s": 150}))
-    assert "P1.b state of charge" in str(short)
+    assert "charge left: −198.46 % ≥ 5 %" in str(short)
     graph = optuav.graph(THREE)
     graph.remove_edges_from([*graph.in_edges("west")])
     lost = along_edges(THREE, graph=graph)
@@ -294,8 +295,11 @@ def test_what_is_not_stated_along_edges_is_refused() -> None:
         along_edges(always, "adjusted")
 
 
-def test_many_devices_in_any_order_elsewhere_need_their_order() -> None:
-    """Through the wells, in slots, and by other engines and problems; and with more than twelve."""
+def test_many_devices_in_any_order_are_refused_elsewhere() -> None:
+    """Through the wells, in slots, and by other engines and problems; and with more than twelve.
+
+    The refusal has their number and names what takes them: not a field of the function alone.
+    """
     mission = random_town(7, count=8, roofs=1).mission()
     more = random_town(7, count=13, roofs=1).mission()
     asked: list[Any] = [
@@ -304,13 +308,29 @@ def test_many_devices_in_any_order_elsewhere_need_their_order() -> None:
         lambda: optuav.solve(mission, perspective="battery", slot_s=10.0),
         lambda: optuav.solve(mission, perspective="battery", engine="closed-form"),
         lambda: optuav.formulate(mission, perspective="battery"),
-        lambda: optuav.route_choice(mission, perspective="battery", form="hull"),
+        lambda: optuav.route_choice(mission, perspective="battery", slot_s=10.0),
+        lambda: optuav.sensitivity(mission),
+        lambda: optuav.maps.device(mission, 500.0, device=mission.devices[0].name),
+        lambda: optuav.compare(mission, by="perspective"),
         lambda: optuav.solve(more, perspective="battery"),
         lambda: along_edges(more),
     ]
     for call in asked:
-        with pytest.raises(InputError, match="device_order: must name the devices in order"):
+        with pytest.raises(InputError, match=r"devices = (8|13): must be at most 7 in any") as told:
             call()
+        assert "device_order" in str(told.value)
+    with pytest.raises(InputError, match="form = 'hull': must be 'edges' over more than 7 devices"):
+        optuav.route_choice(mission, perspective="battery", form="hull")
+
+
+def test_methods_are_compared_over_few_routes() -> None:
+    """Seven devices and one roof have 7!·(1 + 8) routes; no problem can be stated there."""
+    for count, perspective in ((7, "available"), (8, "battery")):
+        mission = random_town(7, count=count, roofs=1).mission()
+        with pytest.raises(InputError) as told:
+            optuav.compare(mission, perspective=perspective)
+        assert f"devices = {count}: must be fewer" in str(told.value)
+        assert "device_order" not in str(told.value)
 
 
 def test_the_relaxed_bound_is_printed_once() -> None:
