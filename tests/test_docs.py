@@ -548,7 +548,7 @@ def test_numbers_of_the_films(films: str) -> None:
     dry_s, falls = flown(promised, 0.0)
     assert falls
     assert f"✕ falls at {dry_s:.0f} s" in films
-    assert f"{hover_s:.0f} s of hover promised, charge left: 5 %" in films
+    assert f"promised: {hover_s:.0f} s of hover, 5 % charge left" in films
     drawn_As, until_s = 0.0, dry_s
     for phase in promised.phases:
         drawn_As -= phase.current_A * min(phase.duration_s, until_s)

@@ -36,7 +36,7 @@ class RotaryWingFlight(FlightTable):
     """Flight with the power of a rotary wing over its air speed."""
 
     model: Annotated[Literal["rotary-wing"], MODEL]
-    """Flight model: "rotary-wing" computes loads from the power over air speed."""
+    """Flight model: "rotary-wing" computes loads from the power against airspeed."""
     blade_power_W: LoadPower
     """Power of the blades in hover P_0 [W]."""
     induced_power_W: LoadPower
@@ -74,7 +74,7 @@ class RotaryWingFlight(FlightTable):
 
 @dataclass(eq=False)
 class RotaryWing(CruisingModel):
-    """Power over air speed, the weight, and a level wind."""
+    """Power against airspeed, the weight, and a level wind."""
 
     flight: RotaryWingFlight
     body: Body
@@ -88,7 +88,7 @@ class RotaryWing(CruisingModel):
 
     @cached_property
     def wing(self) -> PowerCoefficients:
-        """Coefficients of the power over air speed."""
+        """Coefficients of the power against airspeed."""
         return self.flight.as_record(physics.rotary_wing.PowerCoefficients)
 
     @property

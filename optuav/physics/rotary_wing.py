@@ -26,7 +26,7 @@ INDUCED_CORRECTION = 0.1
 
 
 class PowerCoefficients(NamedTuple):
-    """Coefficients of the power over air speed."""
+    """Coefficients of the power against airspeed."""
 
     blade_power_W: Quantity  # P_0 in hover [W], ≥ 0
     induced_power_W: Quantity  # P_i in hover [W], > 0

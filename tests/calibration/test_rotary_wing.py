@@ -1,4 +1,4 @@
-"""Coefficients of the power over air speed: found again from their own curve, and how surely."""
+"""Coefficients of the power against airspeed: found again from their own curve, and how surely."""
 
 from __future__ import annotations
 

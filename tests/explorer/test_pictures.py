@@ -124,7 +124,9 @@ def test_the_day_tells_of_the_roof_on_the_map(state: dict[str, Any]) -> None:
     flown, hover, _, rest, _ = picture["turns"][0][:5]
     share = (hover["end_h"] - hover["start_h"]) / (rest["end_h"] - flown["start_h"])
     assert picture["title"] == f"One drone on {roof} covers {100 * share:.2f} % of the day"
-    assert f"drones leave no gap: {picture['drones'] - 1} places" in picture["notes"][1]
+    assert f"drones leave no gap: {picture['drones'] - 1} places" in picture["notes"][0]
+    drawn = {phase["kind"] for turn in picture["turns"] for phase in turn}
+    assert drawn == {kind for kind, _ in picture["key"]}
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Power over air speed, the speeds that follow from it, and legs at constant power."""
+"""Power against airspeed, the speeds that follow from it, and legs at constant power."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The power over air speed: the published check numbers, and independent minima."""
+"""The power against airspeed: the published check numbers, and independent minima."""
 
 from __future__ import annotations
 
