@@ -340,7 +340,7 @@ def _pattern(
 def _declared(formulation: Formulation, given: Given) -> Model:
     """The model that a formulation declares."""
     title = (type(formulation).__doc__ or formulation.name).strip().splitlines()[0]
-    if given.hovers:
+    if len(given.covered) > 1:
         title = title.replace("the device", "the devices")
     model, name = Model(title.rstrip(".")), formulation.name
     formulation.declare(model, given)

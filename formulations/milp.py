@@ -78,7 +78,7 @@ def route_choice(
     ``hover_time_s[k]`` and ``rest_time_s[k]``. Quantities that differ between routes are parameters
     ``name[k]``.
     """
-    devices = "devices" if any(route.given.hovers for route in routes) else "device"
+    devices = "devices" if any(len(route.given.covered) > 1 for route in routes) else "device"
     title = f"P1: longest hover within reach of the {devices}, with or without a rest"
     model = Model(f"{title}, on one of {len(routes)} routes")
     hover = model.variable("hover_time_s", "Δ", unit="s")
