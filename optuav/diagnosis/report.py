@@ -242,9 +242,10 @@ def _prices(explained: Explanation) -> Iterator[Block]:
         again = [price_words(explained, price) for price in worth if price.solved_again]
         yield Facts([("" if k else "One more", words) for k, words in enumerate(again)])
     free = without_effect(explained)
-    if free:
-        may_change = f": {MAY_CHANGE}" if explained.more_stops_open else ""
-        yield Facts([("No effect", f"{free}{may_change}")])
+    if free and explained.more_stops_open:
+        yield Facts([("One stop", f"{free}: {MAY_CHANGE}")])
+    elif free:
+        yield Facts([("No effect", free)])
     edges = [
         f"{word} {key_of(price)}"
         for price in explained.prices

@@ -392,7 +392,7 @@ def test_where_nothing_can_be_flown_the_reasons_say_so() -> None:
     assert "the flight takes" in late.reasons[1]
     poor = TIGHT.replace({"battery.capacity_As": 500.0})
     empty = optuav.solve(poor, DIRECT, perspective="energy")
-    assert "state of charge" in empty.reasons[1]
+    assert "charge left: " in empty.reasons[1]
     assert late.status is empty.status is Status.INFEASIBLE
     windy = optuav.solve(TIGHT.replace({"wind.velocity_m_s": [0.0, 30.0, 0.0]}), DIRECT)
     assert "the wind blows" in windy.reasons[0]

@@ -106,7 +106,8 @@ function briefly(words, k, several) {
 
 // Tables below the screen, and above the reasons for no plan a button that asks for repairs.
 export function tables({tables: all, repairable}, askRepairs) {
-  return [...(repairable ? [button("Which change would make a plan possible?", askRepairs)] : []), ...all.map(folded)];
+  const asked = repairable ? [button("Which change would make a plan possible?", askRepairs)] : [];
+  return [...asked, ...all.map(folded)];
 }
 
 function folded({title, heads = [], rows = [], note = "", lines = []}) {
