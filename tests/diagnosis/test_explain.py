@@ -577,7 +577,8 @@ def test_what_more_stops_would_change_is_not_said_to_have_no_effect() -> None:
     words = " ".join(str(explained).split())
     assert "--stops 2 --hovers 2" in words
     assert "P1(stops=2, hovers=2)" in words
-    idle = words.partition("No effect")[2].partition("Note")[0]
+    assert "No effect" not in words
+    idle = words.partition("One stop")[2].partition("Note")[0]
     assert "limits.deadline_s" in idle
     assert "with more stops it may change" in idle
 

@@ -639,7 +639,7 @@ def test_an_edited_graph_over_devices_is_read_back() -> None:
     assert ("east", "north") not in {*itertools.pairwise(plan.route)}
     assert "b9" not in plan.route
     graph.nodes["west"]["share"] = 0.5
-    with pytest.raises(InputError, match="share = .*: the shares .* change them in the mission"):
+    with pytest.raises(InputError, match=r"share = .*: the shares .* change them in the mission"):
         optuav.solve(THREE, graph=graph)
 
 
