@@ -2,6 +2,7 @@
 
 import math
 import operator
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -341,7 +342,7 @@ def _declared(formulation: Formulation, given: Given) -> Model:
     """The model that a formulation declares."""
     title = (type(formulation).__doc__ or formulation.name).strip().splitlines()[0]
     if len(given.covered) > 1:
-        title = title.replace("the device", "the devices")
+        title = re.sub(r"\bthe device\b", "the devices", title)
     model, name = Model(title.rstrip(".")), formulation.name
     formulation.declare(model, given)
     if not model.variables:

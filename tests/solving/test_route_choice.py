@@ -50,6 +50,14 @@ def test_choice_in_slots_is_the_grid(form: Form) -> None:
         assert found.plan.hover_time_s == pytest.approx(grid.hover_time_s, abs=1e-9)
 
 
+class ForAll(optuav.Formulation):
+    """P1 for all the devices"""
+
+    def declare(self, model: optuav.Model, given: optuav.Itinerary) -> None:
+        """Declare P1."""
+        optuav.P1().declare(model, given)
+
+
 def test_routes_over_three_near_devices_are_chosen_among() -> None:
     """Many routes are all but alike; the text speaks of devices if there are several."""
     near = ((1010, 1470), (955, 1522), (1030, 1550))
@@ -63,6 +71,9 @@ def test_routes_over_three_near_devices_are_chosen_among() -> None:
     order = ("u0", "u1", "u2")
     program = optuav.formulate(mission, optuav.P1(device_order=order), perspective="battery")
     assert "within reach of the devices," in str(program)
+    assert "P1 for all the devices\n" in str(
+        optuav.formulate(mission, ForAll(), perspective="battery")
+    )
 
 
 def test_no_route_is_no_plan() -> None:
