@@ -10,12 +10,12 @@ from benchmarks.towns import town
 from optuav.mission import Mission
 from optuav.options import Perspective
 
-ROOFS, ENUMERATED, ALONG_EDGES = 50, 7, 8
+ROOFS, ENUMERATED, ALONG_EDGES = 50, 7, 12
 """Buildings, and devices whose orders are compared and chosen along edges."""
 
 
 def run() -> list[Row]:
-    """The longest hover over 7 devices and 50 roofs by bounds, and over 8 along edges."""
+    """The longest hover over 7 devices and 50 roofs by bounds, and over 12 along edges."""
     by_bounds = _solved(_mission(ENUMERATED), "available")
     along_edges = _solved(_mission(ALONG_EDGES), "battery")
     cases = (

@@ -11,16 +11,24 @@ leaves no circle beside the way, for U devices. Flight time and charge are sums 
 the rest T'_b on a roof is 0 unless an edge leads there, so that all rows are linear. The numbers of
 unknowns and rows grow with devices times roofs, while the routes of `formulations.milp` grow with
 the factorial of the devices. In exchange, the bound of the linear relaxation is above the optimum.
+Rows of Dantzig, Fulkerson and Johnson [2]_ lower it: an edge leads out of every subtour S that
+holds a hover point and not the destination,
+
+    Σ x_ij of i in S, j outside ≥ 1.
+
+There are too many to state all of them; `optuav.solving.subtours` finds those that count.
 
 References
 ----------
 .. [1] C. E. Miller, A. W. Tucker, R. A. Zemlin, "Integer programming formulation of traveling
    salesman problems", Journal of the ACM, 1960.
+.. [2] G. Dantzig, R. Fulkerson, S. Johnson, "Solution of a large-scale traveling-salesman problem",
+   Journal of the Operations Research Society of America, 1954.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -73,14 +81,24 @@ class EdgeGraph:
     keeps_landings: bool = False  # Whether η0 must be left at every landing
 
 
-def edge_choice(graph: EdgeGraph, perspective: Perspective, *, relaxed: bool = False) -> Model:
+Subtour: TypeAlias = tuple[str, ...]
+"""Names of hover points, and perhaps roofs, that some legs join to each other alone."""
+
+
+def edge_choice(
+    graph: EdgeGraph,
+    perspective: Perspective,
+    subtours: Sequence[Subtour] = (),
+    *,
+    relaxed: bool = False,
+) -> Model:
     """The longest hover time over all routes along some edges, as one linear model.
 
-    Of equal plans the shortest mission is preferred. Only the paper's perspectives are taken, in
-    which the state of charge is affine. The unknowns are ``hover_time_s``, and by numbers from 1 an
-    ``edge[k]`` for every edge, relaxed 0 ≤ x ≤ 1, for every place on the way ``order[n]``, hover
-    points first, for every roof ``rest_time_s[n]``, and if η0 must be left at landings
-    ``soc[n]`` for every place.
+    An edge has to lead out of each of the `subtours`. Of equal plans the shortest mission is
+    preferred. Only the paper's perspectives are taken, in which the state of charge is affine. The
+    unknowns are ``hover_time_s``, and by numbers from 1 an ``edge[k]`` for every edge, relaxed
+    0 ≤ x ≤ 1, for every place on the way ``order[n]``, hover points first, for every roof
+    ``rest_time_s[n]``, and if η0 must be left at landings ``soc[n]`` for every place.
     """
     title = "P1: longest hover within reach of the devices, with or without a rest"
     model = Model(f"{title}, along {len(graph.edges)} edges")
@@ -94,7 +112,7 @@ def edge_choice(graph: EdgeGraph, perspective: Perspective, *, relaxed: bool = F
     whole_s = model.let("mission time", flown_s + hover + rested_s, symbol="T", unit="s")
     if not relaxed:  # Of a relaxation only the bound counts
         model.prefer_small(whole_s)
-    ways.state_flow()
+    ways.state_flow(subtours)
     whole = replace(given, **_flown(given, ways), **_rested(rests))
     model.subject_to(
         "P1.b state of charge", whole.soc_end(hover, 1.0) >= given.min_soc, kind="state of charge"
@@ -106,12 +124,12 @@ def edge_choice(graph: EdgeGraph, perspective: Perspective, *, relaxed: bool = F
     return model
 
 
-def shortest_way(graph: EdgeGraph) -> Model:
+def shortest_way(graph: EdgeGraph, subtours: Sequence[Subtour] = ()) -> Model:
     """The shortest flight over all hover points along some edges, whatever it draws."""
     model = Model(f"shortest flight over all hover points, along {len(graph.edges)} edges")
     ways = _Ways(model, graph, relaxed=False)
     model.minimise(ways.flown("flight time", "T_fl", "time_s", "T"), unit="s")
-    ways.state_flow()
+    ways.state_flow(subtours)
     return model
 
 
@@ -175,7 +193,7 @@ class _Ways:
         symbol = Indexed(f"{sign}{',' if '_' in sign else '_'}{verb.removesuffix('s')}", k)
         return _named(label, symbol, unit, value, f"{sign} of the place where edge j {verb}")
 
-    def state_flow(self) -> None:
+    def state_flow(self, subtours: Sequence[Subtour]) -> None:
         """State that the edges are one way over all hover points, and over one roof at most."""
         model, most = self.model, float(len(self.hovers) + 2)
         for place in (ORIGIN, *self.hovers):
@@ -194,6 +212,17 @@ class _Ways:
             end = self.of_edge("order", "u", self.order[edge.end], k, "ends")
             later = end >= start + 1.0 - most * (1.0 - flies)
             model.subject_to(PartedLabel("P1 order,", edge.name), later)
+        for n, subtour in enumerate(subtours, start=1):
+            label = PartedLabel("P1 out of subtour", ", ".join(subtour))
+            model.subject_to(label, self._leaving(subtour, n) >= 1.0)
+
+    def _leaving(self, subtour: Subtour, number: int) -> Let:
+        """The number of flown edges that lead out of a subtour."""
+        ways = zip(self.edges, self.flies, strict=True)
+        terms = [x for edge, x in ways if edge.start in subtour and edge.end not in subtour]
+        name = PartedLabel("edges that leave subtour", number)
+        words = "Σ x of the edges that leave subtour j"
+        return _named(name, Indexed("x_leave", number), "1", total(terms), words)
 
     def inner(self) -> Iterator[tuple[int, Edge, Variable]]:
         """The edges between places on the way, with their numbers and choices."""

@@ -6,12 +6,12 @@ It answers for more devices than lists of their orders hold, in the perspectives
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from formulations.edges import Edge, EdgeGraph, Roof, edge_choice, shortest_way
+from formulations.edges import Edge, EdgeGraph, Roof, Subtour, edge_choice, shortest_way
 from formulations.parameters import Covered, Hover, Quantities
 from optuav.engines.registry import AUTO
 from optuav.engines.solution import Solution
@@ -32,6 +32,7 @@ from optuav.solving.assemble import map_arrays, quantities, route_quantities, ta
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import best_plan, declared_program
 from optuav.solving.question import Question, solve_model
+from optuav.solving.subtours import subtours
 from optuav.status import Status
 
 AGREES_S = 1e-5
@@ -45,6 +46,7 @@ class EdgeAnswer:
 
     plan: Plan
     edges: EdgeGraph | None = None  # None where no flight is possible
+    subtours: Sequence[Subtour] = ()  # Out of which a row of the programme leads
     model: Model | None = None
 
 
@@ -60,10 +62,11 @@ def best_along_edges(question: Question, network: Network) -> EdgeAnswer:
     graph = edge_graph(question, network)
     if graph is None:
         return EdgeAnswer(_no_way(question, network))
-    model = edge_choice(graph, question.perspective)
+    left_alone = subtours(edge_choice(graph, question.perspective), graph)
+    model = edge_choice(graph, question.perspective, left_alone)
     solution = solve_model(model, 1, question)
     if solution.status is Status.INFEASIBLE:
-        return EdgeAnswer(_no_plan(question, network, graph, solution), graph, model)
+        return EdgeAnswer(_no_plan(question, network, graph, solution), graph, left_alone, model)
     if not solution.status.has_answer:
         words = solution.words[0]
         raise SolverError(f"{solution.engine} did not solve the choice of edges: {words}")
@@ -75,7 +78,7 @@ def best_along_edges(question: Question, network: Network) -> EdgeAnswer:
             f"but {figure(plan.hover_time_s, 9)} s is best in the order that it chose"
         )
     changes = {"engine": solution.engine, "proof": solution.proof}
-    return EdgeAnswer(plan.model_copy(update=changes), graph, model)
+    return EdgeAnswer(plan.model_copy(update=changes), graph, left_alone, model)
 
 
 def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
@@ -206,7 +209,8 @@ def _no_way(question: Question, network: Network) -> Plan:
 
 def _no_plan(question: Question, network: Network, graph: EdgeGraph, solution: Solution) -> Plan:
     """The plan that says what cannot hold on the shortest flight."""
-    shortest = solve_model(shortest_way(graph), 1, question)
+    left_alone = subtours(shortest_way(graph), graph)
+    shortest = solve_model(shortest_way(graph, left_alone), 1, question)
     if not shortest.status.has_answer:
         return _no_way(question, network)
     any_engine, way = replace(question, engine=AUTO), _in_order(network, graph, shortest)

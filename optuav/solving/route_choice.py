@@ -252,7 +252,7 @@ def _along_edges(question: Question, network: Network, graph: Graph | None) -> R
     answer, enough = best_along_edges(question, network), _one_stop_words(network, graph)
     if not (answer.plan and answer.edges):
         return RouteChoice(answer.plan, "edges", enough, answer.model)
-    relaxed = edge_choice(answer.edges, question.perspective, relaxed=True)
+    relaxed = edge_choice(answer.edges, question.perspective, answer.subtours, relaxed=True)
     relaxation = solve_model(relaxed, 1, question)
     relaxation_s, point = float(relaxation.objective[0]), relaxation.point(0)
     gap_s = relaxation_s - answer.plan.hover_time_s

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,37 @@ def test_eight_devices_in_any_order_against_labels() -> None:
     assert plan.hover_time_s == pytest.approx(by_labels(town, graph), abs=1e-6)
 
 
+def test_devices_in_a_row_are_proved() -> None:
+    """Circles over neighbours are the shortest: only rows of subtours cut them off."""
+    town = random_town(7, count=10, roofs=3, deadline_s=2600.0, capacity_As=60_000.0)
+    row = {
+        name: (300.0 + 140.0 * k, 2300.0 + 150.0 * (k % 3), 50.0)
+        for k, name in enumerate(town.devices)
+    }
+    town = replace(town, devices=row)
+    choice = along_edges(town.mission())
+    assert choice.plan.status is Status.OPTIMAL
+    assert choice.plan.hover_time_s == pytest.approx(
+        by_labels(town, optuav.graph(town.mission())), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_route_leads_out_of_every_subtour(seed: int) -> None:
+    """The rows of subtours cut off no route."""
+    town = random_town(20 + seed, count=4, roofs=2, always=seed % 2 == 1)
+    labels = [row.label for row in along_edges(town.mission()).model.constraints]
+    begin = "P1 out of subtour "
+    subtours = [label.removeprefix(begin).split(", ") for label in labels if begin in label]
+    assert subtours
+    for group in subtours:
+        assert {*group} <= {*town.devices, *town.roofs}
+        assert {*group} & {*town.devices}
+        for route in town.routes():
+            legs = itertools.pairwise((*route, "destination"))
+            assert any(start in group and end not in group for start, end in legs)
+
+
 def test_labels_find_the_best_of_all_routes() -> None:
     """The oracle of the test above against routes one by one, on legs that are not edited."""
     for seed in range(4):
@@ -161,14 +193,14 @@ def by_scipy(town: Town, relaxed: bool) -> float:
     inner = [*devices, *roofs]
     ways = [("origin", name) for name in inner] + [(name, "destination") for name in inner]
     ways += [(i, j) for i, j in itertools.permutations(inner, 2) if {i, j} & {*devices}]
-    size, most = len(ways) + len(inner) + len(roofs) + 1, len(devices) + 1
+    width, most = len(ways) + len(inner) + len(roofs) + 1, len(devices) + 1
     column = {name: len(ways) + k for k, name in enumerate(inner)}
-    rest = {name: size - 1 - len(roofs) + k for k, name in enumerate(roofs)}
+    rest = {name: width - 1 - len(roofs) + k for k, name in enumerate(roofs)}
     legs_s = np.array([town.leg_s(*way) for way in ways])
     rows, least, upper = [], [], []
 
     def row(entries: dict[int, float], low: float, high: float) -> None:
-        rows.append(np.zeros(size))
+        rows.append(np.zeros(width))
         for k, value in entries.items():
             rows[-1][k] += value
         least.append(low)
@@ -188,6 +220,12 @@ def by_scipy(town: Town, relaxed: bool) -> float:
         if i in inner and j in inner:
             entries = {column[j]: 1.0, column[i]: -1.0, k: -(most + 1.0)}
             row(entries, 1.0 - (most + 1.0), np.inf)
+    # An edge leads out of every group of places that holds a hover point.
+    for size in range(1, len(inner) + 1):
+        for group in itertools.combinations(inner, size):
+            if {*group} & {*devices}:
+                leaving = [k for k, (i, j) in enumerate(ways) if i in group and j not in group]
+                row(dict.fromkeys(leaving, 1.0), 1.0, np.inf)
 
     def shortest(place: str, side: int) -> float:
         return min(time_s for way, time_s in zip(ways, legs_s, strict=True) if way[side] == place)
@@ -198,17 +236,17 @@ def by_scipy(town: Town, relaxed: bool) -> float:
         most_s = town.deadline_s - max(reached_s, left_s)
         row({rest[name]: 1.0} | dict.fromkeys(into[name], -most_s), -np.inf, 0.0)
     times = {k: float(time_s) for k, time_s in enumerate(legs_s)}
-    row(times | dict.fromkeys([*rest.values(), size - 1], 1.0), -np.inf, town.deadline_s)
+    row(times | dict.fromkeys([*rest.values(), width - 1], 1.0), -np.inf, town.deadline_s)
     drawn = {k: town.flight[0] * time_s for k, time_s in times.items()}
     drawn |= {rest[name]: -town.net(name)[0] for name in roofs}
-    drawn[size - 1] = -sum(share * town.net(name)[0] for name, share in town.shares.items())
+    drawn[width - 1] = -sum(share * town.net(name)[0] for name, share in town.shares.items())
     row(drawn, -np.inf, (1.0 - town.min_soc) * town.capacity_As)
-    whole = np.zeros(size)
+    whole = np.zeros(width)
     whole[: len(ways)] = 0.0 if relaxed else 1.0
-    low, high = np.zeros(size), np.full(size, np.inf)
+    low, high = np.zeros(width), np.full(width, np.inf)
     high[: len(ways)] = 1.0
     low[[*column.values()]], high[[*column.values()]] = 1.0, most
-    goal = np.zeros(size)
+    goal = np.zeros(width)
     goal[-1] = -1.0
     found = milp(
         goal,
@@ -229,13 +267,15 @@ def test_optimum_and_bound_are_those_of_the_same_programme_by_scipy() -> None:
 
 @pytest.mark.parametrize(("devices", "roofs"), [(3, 10), (6, 10)])
 def test_size_of_the_programme(devices: int, roofs: int) -> None:
-    """U(U + 1) + 2N(U + 1) edges, an order for each place, T' for each roof, and Δ."""
+    """U(U + 1) + 2N(U + 1) edges, an order for each place, T' for each roof, and Δ.
+
+    Besides the rows of subtours, which depend on where the places are.
+    """
     choice = along_edges(random_town(0, devices, roofs, deadline_s=3000.0).mission())
     edges = devices * (devices + 1) + 2 * roofs * (devices + 1)
     ordered = devices * (devices - 1) + 2 * devices * roofs
-    rows = [
-        r for r in choice.model.constraints if r.label.split()[0] not in ("P1.a", "P1.c", "P1.e")
-    ]
+    others = ("P1.a", "P1.c", "P1.e", "P1 out of subtour")
+    rows = [row for row in choice.model.constraints if not row.label.startswith(others)]
     assert len(choice.model.variables) == edges + devices + 2 * roofs + 1
     assert len(rows) == 2 + 2 * devices + roofs + 1 + ordered + roofs + 2
     assert len(choice.shares) == edges
@@ -336,4 +376,4 @@ def test_methods_are_compared_over_few_routes() -> None:
 def test_the_relaxed_bound_is_printed_once() -> None:
     """A note repeated the line above it."""
     text = str(optuav.route_choice(THREE, perspective="battery", form="edges"))
-    assert text.count("751.913") == 1
+    assert text.count("743.592") == 1

@@ -1,0 +1,68 @@
+"""Subtours that the linear relaxation of a choice of edges flies, by minimum cuts.
+
+Between whole numbers the rows of Miller, Tucker and Zemlin let circles beside the way stand. Round
+by round, the relaxation is solved, and a row is added for every group of places out of which it
+leads less than one edge (`formulations.edges`). Such a group is one side of a minimum cut between a
+hover point and the origin or destination, where edges have their share x as capacity.
+
+References
+----------
+.. [1] D. Applegate, R. Bixby, V. Chvátal, W. Cook, "The Traveling Salesman Problem: A Computational
+   Study", Princeton University Press, 2006, chapters 5 and 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import networkx as nx
+import numpy as np
+
+from formulations.edges import DESTINATION, ORIGIN, EdgeGraph, Subtour
+from optuav.arrays import Floats
+from optuav.engines.linear_form import linear_form
+from optuav.modelling import Model
+
+LEAST_VIOLATION = 1e-6  # What a sum of edges has to lack to 1, above the rounding of a relaxation
+LEAST_SHARE = 1e-9  # Of an edge that counts as flown: rounding would join places to groups
+
+
+def subtours(model: Model, graph: EdgeGraph) -> list[Subtour]:
+    """Subtours out of which the relaxation of a model of the edges would not lead.
+
+    With a row for each, the relaxation leads out of every group of places. None where it has no
+    answer: then the model has none either.
+    """
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array
+
+    form = linear_form(model, model.row(0))
+    rows = [LinearConstraint(csr_array(form.normals[..., 0]), ub=form.limits[..., 0])]
+    flies = [form.names.index(f"edge[{k}]") for k in range(1, len(graph.edges) + 1)]
+    found = list[Subtour]()
+    while True:
+        # Without whole numbers asked for, this is a linear programme of sparse rows.
+        relaxed = milp(-form.directions[0, :, 0], bounds=Bounds(-np.inf, np.inf), constraints=rows)
+        new = [] if relaxed.x is None else [*dict.fromkeys(_left_alone(graph, relaxed.x[flies]))]
+        if not new:
+            return found
+        found += new
+        leaving = np.zeros((len(new), len(form.names)))
+        for row, subtour in zip(leaving, new, strict=True):
+            row[flies] = [edge.start in subtour and edge.end not in subtour for edge in graph.edges]
+        rows.append(LinearConstraint(csr_array(leaving), lb=1.0))
+
+
+def _left_alone(graph: EdgeGraph, shares: Floats) -> Iterator[Subtour]:
+    """The groups around each hover point out of which, or into which, less than one edge leads."""
+    ways: nx.DiGraph[str] = nx.DiGraph()
+    ways.add_nodes_from((ORIGIN, *graph.hovers, *graph.roofs, DESTINATION))
+    for edge, share in zip(graph.edges, shares.tolist(), strict=True):
+        if share > LEAST_SHARE:
+            ways.add_edge(edge.start, edge.end, capacity=share)
+    for point in graph.hovers:
+        leaving, (outward, _) = nx.minimum_cut(ways, point, DESTINATION)
+        entering, (_, inward) = nx.minimum_cut(ways, ORIGIN, point)
+        for flow, group in ((leaving, outward), (entering, inward)):
+            if flow < 1.0 - LEAST_VIOLATION:
+                yield tuple(name for name in (*graph.hovers, *graph.roofs) if name in group)
