@@ -113,7 +113,12 @@ class CvxpyProgramme:
             boolean=(np.flatnonzero(self.binary),) if any(self.binary) else False,
             integer=(np.flatnonzero(self.counted),) if any(self.counted) else False,
         )
-        self.a, self.b = cvxpy.Parameter((rows, unknowns)), cvxpy.Parameter(rows)
+        number = {row: n for n, row in enumerate(self.stated)}
+        entries = [(number[row], k) for row, k in form.entries if row in number]
+        places = tuple(np.transpose(entries)) if entries else None
+        # What compiling takes grows with the entries that may be other than 0.
+        self.a = cvxpy.Parameter((rows, unknowns), sparsity=places)
+        self.b = cvxpy.Parameter(rows)
         self.c = cvxpy.Parameter(unknowns)
         self.rows = self.a @ self.x <= self.b
         # Among equally good points: no earlier goal may get worse than it was.
@@ -193,6 +198,8 @@ class CvxpyProgramme:
             with warnings.catch_warnings():
                 # The status says the same, and inaccurate answers are proved or refused.
                 warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+                # CVXPY warns of its own use of a sparse parameter.
+                warnings.filterwarnings("ignore", message="Reading from a sparse CVXPY expression")
                 self.problem.solve(solver=self.solver, **self.options)
         except (cvxpy.error.SolverError, ValueError) as error:
             raise SolverError(f"cvxpy with {self.solver} failed: {error}") from None

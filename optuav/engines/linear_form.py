@@ -39,6 +39,7 @@ class LinearForm:
     offsets: Floats  # Constants of these goals (goal, programme)
     sign: float  # 1 if the model maximises, −1 if it minimises: sign of the first goal
     bounds: tuple[tuple[int, int], ...]  # (row, unknown) of the unknowns' own bounds
+    entries: tuple[tuple[int, int], ...]  # (row, unknown) of coefficients; A is 0 elsewhere
 
     @property
     def usable(self) -> Booleans:
@@ -55,7 +56,9 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     Parameters may have other values by name: numbers, or arrays with one entry a programme.
     """
     names = tuple(variable.name for variable in model.variables)
-    labels, signs, bounds = list[str](), list[float](), list[tuple[int, int]]()
+    labels, signs = list[str](), list[float]()
+    bounds, entries = list[tuple[int, int]](), list[tuple[int, int]]()
+    column = {name: k for k, name in enumerate(names)}
     rows, done = list[tuple[float, Affine]](), model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
         relation, is_bound = constraint.relation, number >= len(model.constraints)
@@ -65,7 +68,9 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
             allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
-            bounds += [(len(rows), names.index(name)) for name in form.coefficients if is_bound]
+            terms = [(len(rows), column[name]) for name in form.coefficients]
+            bounds += terms if is_bound else []
+            entries += terms
             labels.append(constraint.label)
             signs.append(sign if is_bound or relation.sense == "==" else 1.0)
             rows.append((sign, form))
@@ -78,13 +83,13 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
         for row, (_, (constant, coefficients)) in zip(numbers, forms, strict=True):
             row[-1] = constant
             for name, coefficient in coefficients.items():
-                row[names.index(name)] = coefficient
+                row[column[name]] = coefficient
         numbers *= np.array([sign for sign, _ in forms]).reshape(-1, 1, 1)
         return numbers[:, :-1], numbers[:, -1]
 
     normals, constants = stack(rows)
     figures = normals, -constants, *stack(goals)
-    return LinearForm(names, (*labels,), (*signs,), *figures, model.sign, (*bounds,))
+    return LinearForm(names, (*labels,), (*signs,), *figures, model.sign, (*bounds,), (*entries,))
 
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
