@@ -16,7 +16,8 @@ holds a hover point and not the destination,
 
     Σ x_ij of i in S, j outside ≥ 1.
 
-There are too many to state all of them; `optuav.solving.subtours` finds those that count.
+There are too many to state all of them; `optuav.solving.subtours` finds those that count. If η0
+must be left at every landing, the state of charge flows along the edges that are flown.
 
 References
 ----------
@@ -98,7 +99,7 @@ def edge_choice(
     preferred. Only the paper's perspectives are taken, in which the state of charge is affine. The
     unknowns are ``hover_time_s``, and by numbers from 1 an ``edge[k]`` for every edge, relaxed
     0 ≤ x ≤ 1, for every place on the way ``order[n]``, hover points first, for every roof
-    ``rest_time_s[n]``, and if η0 must be left at landings ``soc[n]`` for every place.
+    ``rest_time_s[n]``, and if η0 must be left at landings ``soc[k]`` at the end of every edge.
     """
     title = "P1: longest hover within reach of the devices, with or without a rest"
     model = Model(f"{title}, along {len(graph.edges)} edges")
@@ -166,11 +167,21 @@ class _Ways:
 
     def _sum(self, place: str, side: int) -> Let:
         """The number of flown edges that begin (0) or end (1) at a place."""
-        terms = [x for edge, x in zip(self.edges, self.flies, strict=True) if edge[side] == place]
-        sign, verb = (("x_out", "begin"), ("x_in", "end"))[side]
-        name = PartedLabel(f"edges that {verb} at", place)
-        words = f"Σ x of the edges that {verb} at place j"
-        return _named(name, Indexed(sign, self.number[place]), "1", total(terms), words)
+        return self.at("edges", "x", "1", self.flies, place, side)
+
+    def at(
+        self, what: str, sign: str, unit: str, figures: Sequence[Operand], place: str, side: int
+    ) -> Let:
+        """The sum of a figure of the edges, over those that begin (0) or end (1) at a place."""
+        terms = [
+            term for edge, term in zip(self.edges, figures, strict=True) if edge[side] == place
+        ]
+        where, verb = (("out", "begin"), ("in", "end"))[side]
+        symbol = Indexed(f"{sign.removesuffix('·x')}_{where}", self.number[place])
+        words = f"Σ {sign} of the edges that {verb} at place j"
+        return _named(
+            PartedLabel(f"{what} that {verb} at", place), symbol, unit, total(terms), words
+        )
 
     def flown(self, name: str, symbol: str, figure: str, sign: str) -> Let:
         """The sum of a figure over the edges that are flown."""
@@ -185,13 +196,14 @@ class _Ways:
             self._figures[figure, k] = Parameter(name, Indexed(sign, k), unit, value)
         return self._figures[figure, k]
 
-    def of_edge(
-        self, name: str, sign: str, value: Operand, k: int, verb: str, unit: str = "1"
-    ) -> Let:
-        """A figure of the place where an edge begins or ends, under the number of the edge."""
-        label = PartedLabel(f"{name} where it {verb},", self.edges[k - 1].name)
-        symbol = Indexed(f"{sign}{',' if '_' in sign else '_'}{verb.removesuffix('s')}", k)
-        return _named(label, symbol, unit, value, f"{sign} of the place where edge j {verb}")
+    def order_where(self, place: str, k: int, verb: str) -> Let:
+        """The number in order of the place where an edge begins or ends, by the edge's number."""
+        label = PartedLabel(f"order where it {verb},", self.edges[k - 1].name)
+        symbol, words = (
+            Indexed(f"u_{verb.removesuffix('s')}", k),
+            f"u of the place where edge j {verb}",
+        )
+        return _named(label, symbol, "1", self.order[place], words)
 
     def state_flow(self, subtours: Sequence[Subtour]) -> None:
         """State that the edges are one way over all hover points, and over one roof at most."""
@@ -208,8 +220,8 @@ class _Ways:
             visits = _named("roofs", "x_roof", "1", over, "Σ x_in,j of all roofs")
             model.subject_to("P1 one roof", visits <= 1.0)
         for k, edge, flies in self.inner():
-            start = self.of_edge("order", "u", self.order[edge.start], k, "begins")
-            end = self.of_edge("order", "u", self.order[edge.end], k, "ends")
+            start = self.order_where(edge.start, k, "begins")
+            end = self.order_where(edge.end, k, "ends")
             later = end >= start + 1.0 - most * (1.0 - flies)
             model.subject_to(PartedLabel("P1 order,", edge.name), later)
         for n, subtour in enumerate(subtours, start=1):
@@ -273,9 +285,9 @@ def _rested(rests: Sequence[_Rest]) -> dict[str, Operand]:
 
 
 class _Stay(NamedTuple):
-    """The stay at a place: its figures by name, with sign and unit, and its times."""
+    """The stay at a place: its figures by name, and its times."""
 
-    figures: Mapping[str, tuple[str, str, Operand]]
+    figures: Mapping[str, Operand]
     hover: Operand  # Δ, or 0.0
     rest: Operand  # T'_b, or 0.0
     longest: tuple[Operand, Operand]  # Of both
@@ -292,50 +304,37 @@ def _keep_landings(
     hover: Variable,
     rests: Sequence[_Rest],
 ) -> None:
-    """State that η0 is left at the end of every edge that is flown, by the charge at each place."""
+    """State that η0 is left at the end of every edge that is flown.
+
+    The state of charge flows along the edges: 0 at the end of those that are not flown. What leaves
+    a place is what arrives there, less what its stay draws.
+    """
     least = Parameter("least_flight_s", "L", "s", graph.least_flight_s)
     left_s = given.deadline_s - least
     stays = dict([(ORIGIN, NO_STAY), *_stays(given, graph, ways, hover, left_s, rests)])
     most = _named(
         "most charge", "η_most", "1", _most_charge(given, stays), "the most that stays can leave"
     )
-    arrival: dict[str, Operand] = {ORIGIN: given.start_share}
-    for name, n in ways.number.items():
-        if name not in (ORIGIN, DESTINATION):
-            arrival[name] = model.variable(
-                f"soc[{n}]", Indexed("η", n), unit="1", lower=given.min_soc, upper=most
-            )
-    for k, edge in enumerate(ways.edges, start=1):
-        if edge.end == DESTINATION:
-            continue
-        stay, start, end = stays[edge.start], arrival[edge.start], arrival[edge.end]
-        if edge.start != ORIGIN:
-            start = ways.of_edge("soc", "η", start, k, "begins")
-        end = ways.of_edge("soc", "η", end, k, "ends")
-        figures = {
-            name: ways.of_edge(OF_STAYS[sign], sign, value, k, "begins", unit)
-            for name, (sign, unit, value) in stay.figures.items()
-        } | {f"flight_{name}": ways.figure(name, sign, k) for name, sign in _drawn(given)}
-        shortest = _after(given, figures, given.min_soc, 0.0, 0.0)
-        lowest = np.minimum(shortest, _after(given, figures, given.min_soc, *stay.longest))
-        slack = _named(
-            PartedLabel("slack of edge", edge.name),
-            Indexed("M", k),
-            "1",
-            most - lowest,
-            "what suffices where edge j is not flown",
+    arriving = list[Variable]()
+    for k, (edge, flies) in enumerate(zip(ways.edges, ways.flies, strict=True), start=1):
+        left = model.variable(f"soc[{k}]", Indexed("η", k), unit="1")
+        kept, flown = left >= given.min_soc * flies, left <= most * flies
+        model.subject_to(PartedLabel("P1.b on landing,", edge.name), kept, kind="state of charge")
+        model.subject_to(PartedLabel("P1.b only along,", edge.name), flown)
+        arriving.append(left)
+    figure, sign = _drawn(given)
+    drawn = [ways.figure(figure, sign, k) * flies for k, flies in enumerate(ways.flies, start=1)]
+    for name, stay in stays.items():
+        start: Operand = given.start_share
+        if name != ORIGIN:
+            start = ways.at("charge of edges", "η", "1", arriving, name, 1)
+        legs = ways.at("drawn by edges", f"{sign}·x", FIGURE_UNITS[figure], drawn, name, 0)
+        left = _after(
+            given, {**stay.figures, f"flight_{figure}": legs}, start, stay.hover, stay.rest
         )
-        rest = stay.rest
-        if isinstance(rest, Variable):
-            rest = ways.of_edge("rest time", "T'", rest, k, "begins", "s")
-        left = _after(given, figures, start, stay.hover, rest)
-        row = end <= left + slack * (1.0 - ways.flies[k - 1])
-        label = PartedLabel("P1.b state of charge,", edge.name)
-        model.subject_to(label, row, kind="state of charge")
-
-
-OF_STAYS = {"I": "current", "P": "power", "P_0": "received power"}
-"""Names of the figures of hovers and rests alike, which stand in one line of a page."""
+        leaving = ways.at("charge of edges", "η", "1", arriving, name, 0)
+        label = PartedLabel("P1.b state of charge at", name)
+        model.subject_to(label, leaving <= left, kind="state of charge")
 
 
 def _stays(
@@ -349,22 +348,25 @@ def _stays(
     """The stays at hover points, each a share of Δ, and on roofs."""
     for name, (share, current, received) in zip(graph.hovers, given.hovers, strict=True):
         figures = {
-            "hover_current_A": ("I", "A", share * current),
-            "hover_power_W": ("P", "W", share * given.hover_power_W),
-            "hover_received_W": ("P_0", "W", share * received),
+            "hover_current_A": ("current", "I", "A", share * current),
+            "hover_power_W": ("power", "P", "W", share * given.hover_power_W),
+            "hover_received_W": ("received power", "P_0", "W", share * received),
         }
-        yield name, _Stay(figures, hover, 0.0, (left_s, 0.0))
+        named = {
+            key: _named(
+                PartedLabel(what, "over", name), Indexed(sign, ways.number[name]), unit, value, ""
+            )
+            for key, (what, sign, unit, value) in figures.items()
+        }
+        yield name, _Stay(named, hover, 0.0, (left_s, 0.0))
     for name, rest in zip(graph.roofs, rests, strict=True):
-        figures = {
-            "rest_current_A": ("I", "A", rest.current_A),
-            "rest_received_W": ("P_0", "W", rest.received_W),
-        }
-        yield name, _Stay(figures, 0.0, rest.time, (0.0, rest.most_s))
+        charging = {"rest_current_A": rest.current_A, "rest_received_W": rest.received_W}
+        yield name, _Stay(charging, 0.0, rest.time, (0.0, rest.most_s))
 
 
-def _drawn(given: Given) -> tuple[tuple[str, str], ...]:
+def _drawn(given: Given) -> tuple[str, str]:
     """The figure of an edge by which its charge counts, with its sign."""
-    return (("charge_As", "Q"),) if given.perspective == "battery" else (("energy_J", "E"),)
+    return ("charge_As", "Q") if given.perspective == "battery" else ("energy_J", "E")
 
 
 def _after(
@@ -381,8 +383,8 @@ def _most_charge(given: Given, stays: Mapping[str, _Stay]) -> Operand:
     by_hover: Operand = 0.0
     most: Operand = 0.0
     for stay in stays.values():
-        figures = legless | {name: value for name, (*_, value) in stay.figures.items()}
-        gain = np.maximum(_after(given, figures, start, *stay.longest) - start, 0.0)
+        after = _after(given, legless | dict(stay.figures), start, *stay.longest)
+        gain = np.maximum(after - start, 0.0)
         if isinstance(stay.hover, Variable):
             by_hover = by_hover + gain
         else:

@@ -3,7 +3,7 @@
 As a convex hull (`formulations.milp`) that bound is the optimum itself. The form big-M is looser:
 on the mission ``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum
 is 719.5 s. Both have unknowns for each route. Along the edges of the graph (`formulations.edges`)
-there are as many as devices times roofs, and the bound is a few percent above the optimum.
+there are as many as devices times roofs, and the bound is slightly above the optimum.
 """
 
 from __future__ import annotations

@@ -22,11 +22,13 @@ from formulations.edges import DESTINATION, ORIGIN, EdgeGraph, Subtour
 from optuav.arrays import Floats
 from optuav.engines.linear_form import linear_form
 from optuav.modelling import Model
+from optuav.silence import silent
 
 LEAST_VIOLATION = 1e-6  # What a sum of edges has to lack to 1, above the rounding of a relaxation
 LEAST_SHARE = 1e-9  # Of an edge that counts as flown: rounding would join places to groups
 
 
+@silent()
 def subtours(model: Model, graph: EdgeGraph) -> list[Subtour]:
     """Subtours out of which the relaxation of a model of the edges would not lead.
 

@@ -132,6 +132,20 @@ def test_every_route_leads_out_of_every_subtour(seed: int) -> None:
             assert any(start in group and end not in group for start, end in legs)
 
 
+def test_a_reserve_at_landings_bounds_the_relaxation() -> None:
+    """Charge that flows along edges cannot stay with edges that are flown in part.
+
+    With a charge for each place, and rows that unflown edges switch off, the relaxation had
+    744.75 s for an optimum of 677.19 s, and no proof in minutes.
+    """
+    places_m = np.random.default_rng(4).uniform((1000, 2400), (1150, 2550), (8, 2))
+    devices = [{"name": f"d{k}", "position_m": [x, y, 0]} for k, (x, y) in enumerate(places_m)]
+    always = {"limits.deadline_s": 1800.0, "limits.keep_soc": "always"}
+    choice = along_edges(optuav.load("paper").replace({"devices": devices} | always))
+    assert choice.plan.status is Status.OPTIMAL
+    assert choice.gap_s == pytest.approx(0.0, abs=1.0)
+
+
 def test_labels_find_the_best_of_all_routes() -> None:
     """The oracle of the test above against routes one by one, on legs that are not edited."""
     for seed in range(4):
@@ -290,8 +304,8 @@ def test_the_page_does_not_grow_with_the_town() -> None:
     assert "x_j ∈ {0, 1}, j = 1 … 60" in page
     assert "u_end,j ≥ u_begin,j + 1 − 5·(1 − x_j)" in page
     assert "T'_j ≤ (T_max − L_j)·x_in,j" in page
-    assert "η_end,j ≤ η_begin,j − (Q_j + I_begin,j·Δ)" in page
-    assert "current where it begins, …" in page
+    assert "η_out,j ≤ η_in,j − (Q_out,j + I_j·Δ)" in page
+    assert "current over …" in page
 
 
 @pytest.mark.parametrize("ending", ["lp", "mps"])
