@@ -66,8 +66,14 @@ def with_routes(network: Network, question: Question) -> Network:
         return replace(network, routes=build_routes(network.legs, network.buildings, orders))
     bounds_s = [*_bounds(network, question, orders)]
     every_s = np.concatenate([bound_s.ravel() for _, bound_s in bounds_s])
-    best_s, first, size = 0.0, 0, FIRST_ROUTES
-    falling = np.argsort(-every_s, kind="stable")[: np.count_nonzero(every_s >= 0.0)]
+    # What the best few by their bounds reach leaves few to sort.
+    others = max(every_s.size - FIRST_ROUTES, 0)
+    few = np.argpartition(every_s, others)[others:]
+    few = few[every_s[few] >= 0.0]
+    hovers_s = _hovers_s(_rows(network, orders, *_decoded(bounds_s, orders, few)), question, 0.0)
+    best_s, first, size = float(hovers_s.max(initial=0.0)), 0, FIRST_ROUTES
+    left = np.flatnonzero(every_s >= max(best_s - SLACK_S, 0.0))
+    falling = left[np.argsort(-every_s[left], kind="stable")]
     chosen = list[Integers]()
     while first < len(falling) and every_s[falling[first]] >= best_s - SLACK_S:
         some = falling[first : first + size]
