@@ -1,30 +1,41 @@
-"""Several devices: routes in any order by bounds, and the programme along edges."""
+"""Several devices: how routes through the wells and the programme along edges grow."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import optuav
 from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
+from formulations.edges import Subtour, edge_choice
+from formulations.p1 import P1
+from optuav.engines.registry import AUTO
 from optuav.mission import Mission
+from optuav.network.graph import network_of
 from optuav.options import Perspective
+from optuav.solving.edge_choice import best_along_edges
+from optuav.solving.question import checked_question, solve_model
 
-ROOFS, ENUMERATED, ALONG_EDGES = 50, 7, 12
-"""Buildings, and devices whose orders are compared and chosen along edges."""
+ROOFS = 50
 
 
 def run() -> list[Row]:
-    """The longest hover over 7 devices and 50 roofs by bounds, and over 12 along edges."""
-    by_bounds = _solved(_mission(ENUMERATED), "available")
-    along_edges = _solved(_mission(ALONG_EDGES), "battery")
-    cases = (
-        (f"{ENUMERATED} devices, {ROOFS} roofs, available", by_bounds, 10.0),
-        (f"{ALONG_EDGES} devices, {ROOFS} roofs, along edges", along_edges, 30.0),
+    """The programme along edges with rows of subtours and without, and how times grow."""
+    rows = [
+        Row(
+            f"8 devices, {ROOFS} roofs along edges: rows of subtours / none",
+            *_with_and_without_subtours(_mission(8)),
+            at_least=1.5,
+        ),
+    ]
+    grown: tuple[tuple[int, int, Perspective, float], ...] = (
+        (7, 6, "available", 16.0),
+        (12, 8, "battery", 8.0),
     )
-    rows = list[Row]()
-    for what, solved, limit_s in cases:
-        rows.append(Row(f"{what} / {limit_s:g} s", median_s(solved, 3), limit_s, at_least=1.0))
+    for many, few, perspective, limit in grown:
+        ours, other = (median_s(_solved(_mission(n), perspective), 3) for n in (many, few))
+        what = f"{many} / {few} devices, {ROOFS} roofs, {perspective}"
+        rows.append(Row(what, ours, other, at_most=limit))
     return rows
 
 
@@ -42,3 +53,21 @@ def _solved(mission: Mission, perspective: Perspective) -> Callable[[], None]:
         assert optuav.solve(mission, perspective=perspective)
 
     return solved
+
+
+def _with_and_without_subtours(mission: Mission) -> tuple[float, float]:
+    """Median times to solve the programme along edges with its rows of subtours, and without."""
+    question = checked_question(mission, P1(), "battery", None, AUTO, None)
+    answer = best_along_edges(question, network_of(mission, None))
+    graph = answer.edges
+    assert graph is not None
+
+    def solved(subtours: Sequence[Subtour]) -> Callable[[], None]:
+        model = edge_choice(graph, "battery", subtours)
+
+        def solve() -> None:
+            assert solve_model(model, 1, question).status.has_answer
+
+        return solve
+
+    return median_s(solved(answer.subtours), 1), median_s(solved(()), 1)
