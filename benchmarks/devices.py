@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import optuav
 from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
-from formulations.edges import Subtour, edge_choice
+from formulations.edges import edge_choice
 from formulations.p1 import P1
 from optuav.engines.registry import AUTO
 from optuav.mission import Mission
+from optuav.modelling import Model
 from optuav.network.graph import network_of
 from optuav.options import Perspective
 from optuav.solving.edge_choice import best_along_edges
 from optuav.solving.question import checked_question, solve_model
+from optuav.solving.subtours import relaxed_subtours
 
 ROOFS = 50
 
@@ -56,18 +58,19 @@ def _solved(mission: Mission, perspective: Perspective) -> Callable[[], None]:
 
 
 def _with_and_without_subtours(mission: Mission) -> tuple[float, float]:
-    """Median times to solve the programme along edges with its rows of subtours, and without."""
+    """Median times to solve the programme along edges with rows of subtours, and without."""
     question = checked_question(mission, P1(), "battery", None, AUTO, None)
-    answer = best_along_edges(question, network_of(mission, None))
-    graph = answer.edges
+    graph = best_along_edges(question, network_of(mission, None)).edges
     assert graph is not None
 
-    def solved(subtours: Sequence[Subtour]) -> Callable[[], None]:
-        model = edge_choice(graph, "battery", subtours)
+    def solved(model: Model) -> None:
+        assert solve_model(model, 1, question).status.has_answer
 
-        def solve() -> None:
-            assert solve_model(model, 1, question).status.has_answer
+    def without() -> None:
+        solved(edge_choice(graph, "battery"))
 
-        return solve
+    def with_rows() -> None:
+        subtours = relaxed_subtours(edge_choice(graph, "battery"), graph)
+        solved(edge_choice(graph, "battery", subtours))
 
-    return median_s(solved(answer.subtours), 1), median_s(solved(()), 1)
+    return median_s(with_rows, 1), median_s(without, 1)

@@ -83,7 +83,7 @@ class EdgeGraph:
 
 
 Subtour: TypeAlias = tuple[str, ...]
-"""Names of hover points, and perhaps roofs, that some legs join to each other alone."""
+"""Names of a group of hover points, and perhaps roofs, joined by legs to each other only."""
 
 
 def edge_choice(
@@ -372,7 +372,7 @@ def _drawn(given: Given) -> tuple[str, str]:
 def _after(
     given: Given, figures: Mapping[str, Operand], start: Operand, hover: Operand, rest: Operand
 ) -> Operand:
-    """State of charge after a stay and an edge, from that before the stay."""
+    """State of charge after a stay and the edges that leave it, from that before the stay."""
     begun = {"start_soc": start, "start_available_As": None, "start_bound_As": None}
     return soc_after(replace(given, **begun, **figures), given.perspective, hover, rest)
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Floats, Values
+from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
 from optuav.engines.registry import OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single
@@ -102,27 +102,31 @@ class CvxpyProgramme:
         self.counted = [slot_s is not None and not binary for binary in self.binary]
         self.integer = any(self.binary) or any(self.counted)
         self.solver, self.options = installed(solver, self.integer, time_limit_s)
-        import cvxpy
-
         form = linear_form(model, self.base)
         idle = {row for row, k in form.bounds if _needs_no_rows(model.variables[k])}
         self.stated = [row for row in range(len(form.labels)) if row not in idle]
-        rows, unknowns, goals = len(self.stated), len(form.names), len(form.directions)
+        self.goals = len(form.directions)
+        self._state(form.normals[self.stated, :, 0] != 0.0)
+
+    def _state(self, entries: Booleans) -> None:
+        """State the problem for rows whose coefficients (row, unknown) are 0 but for some."""
+        import cvxpy
+
+        (rows, unknowns), self.entries = entries.shape, entries
         self.x = cvxpy.Variable(
             unknowns,
             boolean=(np.flatnonzero(self.binary),) if any(self.binary) else False,
             integer=(np.flatnonzero(self.counted),) if any(self.counted) else False,
         )
-        number = {row: n for n, row in enumerate(self.stated)}
-        entries = [(number[row], k) for row, k in form.entries if row in number]
-        places = tuple(np.transpose(entries)) if entries else None
-        # What compiling takes grows with the entries that may be other than 0.
+        # The time to compile grows with the number of entries.
+        places = np.nonzero(entries) if entries.any() else None
         self.a = cvxpy.Parameter((rows, unknowns), sparsity=places)
         self.b = cvxpy.Parameter(rows)
         self.c = cvxpy.Parameter(unknowns)
         self.rows = self.a @ self.x <= self.b
         # Among equally good points: no earlier goal may get worse than it was.
-        self.kept, self.floors = cvxpy.Parameter((goals, unknowns)), cvxpy.Parameter(goals)
+        self.kept = cvxpy.Parameter((self.goals, unknowns))
+        self.floors = cvxpy.Parameter(self.goals)
         kept = self.kept @ self.x >= self.floors
         self.problem: Any = cvxpy.Problem(cvxpy.Maximize(self.c @ self.x), [self.rows, kept])
 
@@ -149,6 +153,9 @@ class CvxpyProgramme:
         a = np.where(finite[:, None], a / size[:, None], 0.0)
         b = np.where(finite, b / size, 1.0)
         c = c / worth[:, None]
+        if (entries := a != 0.0)[~self.entries].any():
+            # Terms that cancel with the model's own values need not with others.
+            self._state(self.entries | entries)
         # Values are set without CVXPY's checks, which take longer than a small solve.
         self.a.save_value(a)
         self.b.save_value(b)

@@ -39,7 +39,6 @@ class LinearForm:
     offsets: Floats  # Constants of these goals (goal, programme)
     sign: float  # 1 if the model maximises, −1 if it minimises: sign of the first goal
     bounds: tuple[tuple[int, int], ...]  # (row, unknown) of the unknowns' own bounds
-    entries: tuple[tuple[int, int], ...]  # (row, unknown) of coefficients; A is 0 elsewhere
 
     @property
     def usable(self) -> Booleans:
@@ -56,8 +55,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     Parameters may have other values by name: numbers, or arrays with one entry a programme.
     """
     names = tuple(variable.name for variable in model.variables)
-    labels, signs = list[str](), list[float]()
-    bounds, entries = list[tuple[int, int]](), list[tuple[int, int]]()
+    labels, signs, bounds = list[str](), list[float](), list[tuple[int, int]]()
     column = {name: k for k, name in enumerate(names)}
     rows, done = list[tuple[float, Affine]](), model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
@@ -68,9 +66,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
             allowance = CONSTRAINT_TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
-            terms = [(len(rows), column[name]) for name in form.coefficients]
-            bounds += terms if is_bound else []
-            entries += terms
+            bounds += [(len(rows), column[name]) for name in form.coefficients if is_bound]
             labels.append(constraint.label)
             signs.append(sign if is_bound or relation.sense == "==" else 1.0)
             rows.append((sign, form))
@@ -89,7 +85,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
 
     normals, constants = stack(rows)
     figures = normals, -constants, *stack(goals)
-    return LinearForm(names, (*labels,), (*signs,), *figures, model.sign, (*bounds,), (*entries,))
+    return LinearForm(names, (*labels,), (*signs,), *figures, model.sign, (*bounds,))
 
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:

@@ -66,7 +66,7 @@ def with_routes(network: Network, question: Question) -> Network:
         return replace(network, routes=build_routes(network.legs, network.buildings, orders))
     bounds_s = [*_bounds(network, question, orders)]
     every_s = np.concatenate([bound_s.ravel() for _, bound_s in bounds_s])
-    # What the best few by their bounds reach leaves few to sort.
+    # The best hover on the few routes with the largest bounds leaves few others to sort.
     others = max(every_s.size - FIRST_ROUTES, 0)
     few = np.argpartition(every_s, others)[others:]
     few = few[every_s[few] >= 0.0]

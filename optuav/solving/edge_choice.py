@@ -6,6 +6,7 @@ It answers for more devices than lists of their orders hold, in the perspectives
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -32,11 +33,11 @@ from optuav.solving.assemble import map_arrays, quantities, route_quantities, ta
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import best_plan, declared_program
 from optuav.solving.question import Question, solve_model
-from optuav.solving.subtours import subtours
+from optuav.solving.subtours import relaxed_subtours
 from optuav.status import Status
 
-AGREES_S = 1e-5
-"""Tolerance between the optimum on the chosen order and that along all edges [s]."""
+AGREES_S, AGREES = 1e-5, 1e-9
+"""Tolerance between the optimum on what was chosen and that among all [s], and relative."""
 NO_WAY = "no way that can be flown leads over all hover points with one rest at most"
 
 
@@ -46,7 +47,7 @@ class EdgeAnswer:
 
     plan: Plan
     edges: EdgeGraph | None = None  # None where no flight is possible
-    subtours: Sequence[Subtour] = ()  # Out of which a row of the programme leads
+    subtours: Sequence[Subtour] = ()  # For which the programme has a row
     model: Model | None = None
 
 
@@ -62,23 +63,28 @@ def best_along_edges(question: Question, network: Network) -> EdgeAnswer:
     graph = edge_graph(question, network)
     if graph is None:
         return EdgeAnswer(_no_way(question, network))
-    left_alone = subtours(edge_choice(graph, question.perspective), graph)
-    model = edge_choice(graph, question.perspective, left_alone)
+    subtours = relaxed_subtours(edge_choice(graph, question.perspective), graph)
+    model = edge_choice(graph, question.perspective, subtours)
     solution = solve_model(model, 1, question)
     if solution.status is Status.INFEASIBLE:
-        return EdgeAnswer(_no_plan(question, network, graph, solution), graph, left_alone, model)
+        return EdgeAnswer(_no_plan(question, network, graph, solution), graph, subtours, model)
     if not solution.status.has_answer:
         words = solution.words[0]
         raise SolverError(f"{solution.engine} did not solve the choice of edges: {words}")
     plan = best_plan(replace(question, engine=AUTO), _in_order(network, graph, solution))
     among_all_s = float(solution.objective[0])
-    if not plan or abs(plan.hover_time_s - among_all_s) > AGREES_S:
+    if not plan or not agree(plan.hover_time_s, among_all_s):
         raise SolverError(
             f"{solution.engine} returned {figure(among_all_s, 9)} s along all edges, "
             f"but {figure(plan.hover_time_s, 9)} s is best in the order that it chose"
         )
     changes = {"engine": solution.engine, "proof": solution.proof}
-    return EdgeAnswer(plan.model_copy(update=changes), graph, left_alone, model)
+    return EdgeAnswer(plan.model_copy(update=changes), graph, subtours, model)
+
+
+def agree(chosen_s: float, among_all_s: float) -> bool:
+    """Whether the optimum on what was chosen is the one among all [s], but for rounding."""
+    return math.isclose(chosen_s, among_all_s, rel_tol=AGREES, abs_tol=AGREES_S)
 
 
 def faults_of_edges(mission: Mission, question: Question) -> Iterator[Fault]:
@@ -209,8 +215,8 @@ def _no_way(question: Question, network: Network) -> Plan:
 
 def _no_plan(question: Question, network: Network, graph: EdgeGraph, solution: Solution) -> Plan:
     """The plan that says what cannot hold on the shortest flight."""
-    left_alone = subtours(shortest_way(graph), graph)
-    shortest = solve_model(shortest_way(graph, left_alone), 1, question)
+    subtours = relaxed_subtours(shortest_way(graph), graph)
+    shortest = solve_model(shortest_way(graph, subtours), 1, question)
     if not shortest.status.has_answer:
         return _no_way(question, network)
     any_engine, way = replace(question, engine=AUTO), _in_order(network, graph, shortest)

@@ -37,7 +37,7 @@ from optuav.presentation.blocks import Block, Facts
 from optuav.presentation.numbers import figure, seconds
 from optuav.presentation.presented import Presented
 from optuav.solving.assemble import quantities
-from optuav.solving.edge_choice import AGREES_S, best_along_edges
+from optuav.solving.edge_choice import agree, best_along_edges
 from optuav.solving.files import writer
 from optuav.solving.no_plan import plan_without, shortfalls
 from optuav.solving.program import Program
@@ -232,7 +232,7 @@ def route_choice(
     part = parts[int(np.argmax([chosen[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
     times = solve_model(part.model, 1, question)
     hover_s, among_all_s = float(times.objective[0]), float(solution.objective[0])
-    if abs(hover_s - among_all_s) > AGREES_S:
+    if not agree(hover_s, among_all_s):
         raise SolverError(
             f"{solution.engine} returned {figure(among_all_s, 9)} s for all routes together, "
             f"but {figure(hover_s, 9)} s for the one that it chose"

@@ -24,16 +24,18 @@ from optuav.engines.linear_form import linear_form
 from optuav.modelling import Model
 from optuav.silence import silent
 
-LEAST_VIOLATION = 1e-6  # What a sum of edges has to lack to 1, above the rounding of a relaxation
-LEAST_SHARE = 1e-9  # Of an edge that counts as flown: rounding would join places to groups
+LEAST_VIOLATION = 1e-6
+"""By how much a sum over edges has to fall short of 1, above the rounding of a relaxation."""
+LEAST_SHARE = 1e-9
+"""Share from which an edge counts as flown: rounding would join places to groups."""
 
 
 @silent()
-def subtours(model: Model, graph: EdgeGraph) -> list[Subtour]:
+def relaxed_subtours(model: Model, graph: EdgeGraph) -> list[Subtour]:
     """Subtours out of which the relaxation of a model of the edges would not lead.
 
-    With a row for each, the relaxation leads out of every group of places. None where it has no
-    answer: then the model has none either.
+    With a row for each, the relaxation leads out of every group of places. If the relaxation is
+    infeasible, the model is too: the subtours of the rounds so far are returned.
     """
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array
@@ -41,14 +43,15 @@ def subtours(model: Model, graph: EdgeGraph) -> list[Subtour]:
     form = linear_form(model, model.row(0))
     rows = [LinearConstraint(csr_array(form.normals[..., 0]), ub=form.limits[..., 0])]
     flies = [form.names.index(f"edge[{k}]") for k in range(1, len(graph.edges) + 1)]
-    found = list[Subtour]()
+    subtours = list[Subtour]()
     while True:
         # Without whole numbers asked for, this is a linear programme of sparse rows.
         relaxed = milp(-form.directions[0, :, 0], bounds=Bounds(-np.inf, np.inf), constraints=rows)
-        new = [] if relaxed.x is None else [*dict.fromkeys(_left_alone(graph, relaxed.x[flies]))]
+        groups = () if relaxed.x is None else _left_alone(graph, relaxed.x[flies])
+        new = [group for group in dict.fromkeys(groups) if group not in subtours]
         if not new:
-            return found
-        found += new
+            return subtours
+        subtours += new
         leaving = np.zeros((len(new), len(form.names)))
         for row, subtour in zip(leaving, new, strict=True):
             row[flies] = [edge.start in subtour and edge.end not in subtour for edge in graph.edges]

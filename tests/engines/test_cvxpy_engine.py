@@ -45,6 +45,20 @@ def test_solves_do_not_remember_each_other() -> None:
     assert compiled.solve({}).objective[0] == pytest.approx(310 / 3)
 
 
+@pytest.mark.parametrize("binary", [False, True])
+def test_terms_that_cancel_count_with_other_values(binary: bool) -> None:
+    """The sparse matrix has a place for a coefficient that the model's own values make 0."""
+    model = Model("two rates")
+    x = model.variable("x", "x", unit="s", upper=10.0)
+    y = model.variable("y", "y", unit="1", upper=1.0, binary=binary)
+    gained, lost = (Parameter(name, name, "1/s", 1.0) for name in ("gained", "lost"))
+    model.maximise(x + 1.0 * y)
+    model.subject_to("limit", gained * x - lost * x <= 1.0)
+    programme = CvxpyProgramme(model)
+    for gain, longest in ((1.0, 10.0), (2.0, 1.0), (1.0, 10.0), (5.0, 0.25)):
+        assert programme.solve({"gained": gain}).point(0)["x"] == pytest.approx(longest, abs=1e-8)
+
+
 def test_many_programmes_are_solved_one_after_the_other() -> None:
     """Arrays in the parameters: the same as the closed form, entry by entry."""
     model = Model("many")

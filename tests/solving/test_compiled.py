@@ -247,6 +247,32 @@ def test_grid_takes_the_slots_of_the_mission() -> None:
     assert np.allclose(times_s % 7.0, 0.0)
 
 
+@pytest.mark.parametrize("slot_s", [None, 10.0])
+def test_a_hover_that_draws_what_it_receives_may_draw_more(slot_s: float | None) -> None:
+    """In energies the terms of the hover cancel; with another power they do not."""
+    regimes = {
+        **dict.fromkeys(("rotor", "body")),
+        "flight": {
+            "model": "regimes",
+            "acceleration_m_s2": 8.0,
+            "flight_current_A": 95.0,
+            "flight_power_W": 1400.0,
+            "hover_current_A": 70.0,
+            "hover_power_W": 111.0,
+            "rest_current_A": 1.0,
+            "rest_power_W": 12.0,
+        },
+        "battery.charge_current_A": 10.0,
+        "battery.nominal_voltage_V": 11.1,
+        "laser.power_W": 6000.0,
+    }
+    mission, problem = optuav.load("paper").replace(regimes), optuav.P1(trajectory="direct")
+    program = optuav.formulate(mission, problem, perspective="energy", slot_s=slot_s)
+    found = program.compile("cvxpy").solve(hover_power_W=1000.0)
+    hover_s = 738.4531 if slot_s is None else 730.0
+    assert found.point(0)["hover_time_s"] == pytest.approx(hover_s, abs=1e-4)
+
+
 def test_program_is_left_as_it_was() -> None:
     """Compiling and solving change neither the declared model nor what the program answers."""
     program = formulate("paper", **{"perspective": "battery", **P4})

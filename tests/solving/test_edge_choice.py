@@ -16,6 +16,7 @@ from scipy.optimize import LinearConstraint, milp
 
 import optuav
 from formulations.milp import FORMS
+from optuav.engines.linear_form import linear_form
 from optuav.errors import InputError
 from optuav.status import Status
 from tests.solving.devices import Town, random_town
@@ -102,34 +103,61 @@ def test_eight_devices_in_any_order_against_labels() -> None:
 
 
 def test_devices_in_a_row_are_proved() -> None:
-    """Circles over neighbours are the shortest: only rows of subtours cut them off."""
+    """Circles over neighbours are the shortest: the rows of subtours cut them off.
+
+    Without these rows the relaxation is 30.6 s above the optimum, and the proof takes nine times as
+    long.
+    """
     town = random_town(7, count=10, roofs=3, deadline_s=2600.0, capacity_As=60_000.0)
     row = {
         name: (300.0 + 140.0 * k, 2300.0 + 150.0 * (k % 3), 50.0)
         for k, name in enumerate(town.devices)
     }
     town = replace(town, devices=row)
-    choice = along_edges(town.mission())
+    choice, best_s = along_edges(town.mission()), by_labels(town, optuav.graph(town.mission()))
     assert choice.plan.status is Status.OPTIMAL
-    assert choice.plan.hover_time_s == pytest.approx(
-        by_labels(town, optuav.graph(town.mission())), abs=1e-6
-    )
+    assert choice.plan.hover_time_s == pytest.approx(best_s, abs=1e-6)
+    assert choice.gap_s < 10.0
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_every_route_leads_out_of_every_subtour(seed: int) -> None:
-    """The rows of subtours cut off no route."""
+def test_rows_of_subtours_hold_on_every_route(seed: int) -> None:
+    """They cut off no route: its legs out of the places of each row are at least one."""
     town = random_town(20 + seed, count=4, roofs=2, always=seed % 2 == 1)
-    labels = [row.label for row in along_edges(town.mission()).model.constraints]
-    begin = "P1 out of subtour "
-    subtours = [label.removeprefix(begin).split(", ") for label in labels if begin in label]
-    assert subtours
-    for group in subtours:
-        assert {*group} <= {*town.devices, *town.roofs}
-        assert {*group} & {*town.devices}
-        for route in town.routes():
-            legs = itertools.pairwise((*route, "destination"))
-            assert any(start in group and end not in group for start, end in legs)
+    choice = along_edges(town.mission())
+    form = linear_form(choice.model, choice.model.row(0))
+    rows = [k for k, label in enumerate(form.labels) if label.startswith("P1 out of subtour")]
+    number = {name: form.names.index(f"edge[{k}]") for k, name in enumerate(choice.shares, 1)}
+    assert rows
+    for route in town.routes():
+        legs = itertools.pairwise(("origin", *route, "destination"))
+        flown = [number[f"{start} → {end}"] for start, end in legs]
+        assert (form.normals[rows][:, flown, 0].sum(axis=1) <= form.limits[rows, 0]).all()
+
+
+def test_a_hover_that_charges_carries_the_next_one() -> None:
+    """Charge above that at the start flows on to the hover that draws."""
+    places: dict[str, tuple[float, float, float]] = {
+        "near": (1000.0, 100.0, 50.0),
+        "far": (1000.0, 2500.0, 50.0),
+    }
+    town = Town(
+        places,
+        {"b0": (100.0, 2900.0, 50.0)},
+        {"near": 0.3, "far": 0.7},
+        deadline_s=5000.0,
+        always=True,
+        capacity_As=3000.0,
+        laser_W=1700.0,
+        flight=(10.0, 100.0),
+        hover=(25.0, 280.0),
+        rest=(30.0, 350.0),
+    )
+    best_s, best = max((town.linear(route)[0], route) for route in town.routes())
+    choice = along_edges(town.mission())
+    assert best == ("near", "far")
+    assert choice.plan.route[1:-1] == best
+    assert choice.plan.hover_time_s == pytest.approx(best_s, abs=1e-6)
 
 
 def test_a_reserve_at_landings_bounds_the_relaxation() -> None:
