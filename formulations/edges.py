@@ -61,6 +61,10 @@ class Edge(NamedTuple):
         """From where to where."""
         return f"{self.start} → {self.end}"
 
+    def leaves(self, places: "Subtour") -> bool:
+        """Whether it leads out of a group of places."""
+        return self.start in places and self.end not in places
+
 
 class Roof(NamedTuple):
     """A building on which the UAV may rest: what charges it there, and the way by it."""
@@ -199,10 +203,8 @@ class _Ways:
     def order_where(self, place: str, k: int, verb: str) -> Let:
         """The number in order of the place where an edge begins or ends, by the edge's number."""
         label = PartedLabel(f"order where it {verb},", self.edges[k - 1].name)
-        symbol, words = (
-            Indexed(f"u_{verb.removesuffix('s')}", k),
-            f"u of the place where edge j {verb}",
-        )
+        symbol = Indexed(f"u_{verb.removesuffix('s')}", k)
+        words = f"u of the place where edge j {verb}"
         return _named(label, symbol, "1", self.order[place], words)
 
     def state_flow(self, subtours: Sequence[Subtour]) -> None:
@@ -231,7 +233,7 @@ class _Ways:
     def _leaving(self, subtour: Subtour, number: int) -> Let:
         """The number of flown edges that lead out of a subtour."""
         ways = zip(self.edges, self.flies, strict=True)
-        terms = [x for edge, x in ways if edge.start in subtour and edge.end not in subtour]
+        terms = [x for edge, x in ways if edge.leaves(subtour)]
         name = PartedLabel("edges that leave subtour", number)
         words = "Σ x of the edges that leave subtour j"
         return _named(name, Indexed("x_leave", number), "1", total(terms), words)
@@ -307,7 +309,7 @@ def _keep_landings(
     """State that η0 is left at the end of every edge that is flown.
 
     The state of charge flows along the edges: 0 at the end of those that are not flown. What leaves
-    a place is what arrives there, less what its stay draws.
+    a place is what arrives there, less what the stay and the next leg draw.
     """
     least = Parameter("least_flight_s", "L", "s", graph.least_flight_s)
     left_s = given.deadline_s - least
@@ -329,12 +331,11 @@ def _keep_landings(
         if name != ORIGIN:
             start = ways.at("charge of edges", "η", "1", arriving, name, 1)
         legs = ways.at("drawn by edges", f"{sign}·x", FIGURE_UNITS[figure], drawn, name, 0)
-        left = _after(
-            given, {**stay.figures, f"flight_{figure}": legs}, start, stay.hover, stay.rest
-        )
+        figures = {**stay.figures, f"flight_{figure}": legs}
+        most_left = _after(given, figures, start, stay.hover, stay.rest)
         leaving = ways.at("charge of edges", "η", "1", arriving, name, 0)
         label = PartedLabel("P1.b state of charge at", name)
-        model.subject_to(label, leaving <= left, kind="state of charge")
+        model.subject_to(label, leaving <= most_left, kind="state of charge")
 
 
 def _stays(

@@ -1,9 +1,9 @@
 """Subtours that the linear relaxation of a choice of edges flies, by minimum cuts.
 
-Between whole numbers the rows of Miller, Tucker and Zemlin let circles beside the way stand. Round
-by round, the relaxation is solved, and a row is added for every group of places out of which it
-leads less than one edge (`formulations.edges`). Such a group is one side of a minimum cut between a
-hover point and the origin or destination, where edges have their share x as capacity.
+Where edges are flown in part, the rows of Miller, Tucker and Zemlin allow circles beside the way.
+Round by round, the relaxation is solved, and a row is added for every group of places out of which
+it leads less than one edge (`formulations.edges`). Such a group is one side of a minimum cut
+between a hover point and the origin or destination, where edges have their share x as capacity.
 
 References
 ----------
@@ -54,7 +54,7 @@ def relaxed_subtours(model: Model, graph: EdgeGraph) -> list[Subtour]:
         subtours += new
         leaving = np.zeros((len(new), len(form.names)))
         for row, subtour in zip(leaving, new, strict=True):
-            row[flies] = [edge.start in subtour and edge.end not in subtour for edge in graph.edges]
+            row[flies] = [edge.leaves(subtour) for edge in graph.edges]
         rows.append(LinearConstraint(csr_array(leaving), lb=1.0))
 
 
